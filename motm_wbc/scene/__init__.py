@@ -1,0 +1,1 @@
+"""The world as data: solids, supports, objects, the task; its footprints; its files."""
