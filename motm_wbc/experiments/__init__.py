@@ -1,1 +1,1 @@
-"""To be described by its room."""
+"""One run of a scenario, and what is measured of it."""

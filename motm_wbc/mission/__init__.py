@@ -1,1 +1,1 @@
-"""To be described by its room."""
+"""The task: steps, the arm's reach, grasp attempts, and who leads the base."""

@@ -1,0 +1,247 @@
+"""The command line `motm`.
+
+Exit status: 0 task done, 1 task failed, 2 bad input (one line on stderr), 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import click
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from motm_wbc._version import __version__
+from motm_wbc.errors import InputError, MotmError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from motm_wbc.experiments.result import RunResult
+    from motm_wbc.interfaces import StepReport
+
+OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Mobile manipulation on the move, with failure recovery.",
+)
+
+
+def main() -> None:
+    """Entry point: turns errors into one line and an exit status."""
+    sys.exit(_status(lambda: app(standalone_mode=False)))
+
+
+def _status(call: Callable[[], Any]) -> int:
+    try:
+        status = call()
+    except KeyboardInterrupt:
+        return _say("interrupted", INTERRUPTED)
+    except click.exceptions.NoArgsIsHelpError as error:
+        print(error.format_message())
+        return BAD_INPUT
+    except click.ClickException as error:
+        return _say(error.format_message(), BAD_INPUT)
+    except click.exceptions.Abort:
+        return _say("interrupted", INTERRUPTED)
+    except MotmError as error:
+        return _say(str(error), BAD_INPUT)
+    return status if isinstance(status, int) else OK
+
+
+def _say(message: str, status: int) -> int:
+    line = " ".join(message.split())
+    print(f"motm: {line}", file=sys.stderr)
+    return status
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"motm {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Mobile manipulation on the move, with failure recovery."""
+
+
+@app.command("run")
+def run_command(
+    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a TOML file.")],
+    robot: Annotated[str, typer.Option(help="Name of a shipped robot, or its folder.")] = "frankie",
+    method: Annotated[str, typer.Option(help="How the base is led.")] = "proposed",
+    failure_delay: Annotated[
+        float | None,
+        typer.Option(help="Grasps fail for this long after the first attempt [s]."),
+    ] = None,
+    plant: Annotated[
+        str | None, typer.Option(help="bullet or kinematic; default: bullet where it can run.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="0: the nominal run, without noise.")] = 0,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter.")
+    ] = None,
+    preset: Annotated[str, typer.Option(help="ours, or paper for its literal form.")] = "ours",
+    record: Annotated[Path | None, typer.Option(help="Write a rerun recording (.rrd).")] = None,
+    trace: Annotated[Path | None, typer.Option(help="Write the trace (.parquet).")] = None,
+    view: Annotated[bool, typer.Option("--view", help="Open the viewer after the run.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> int:
+    """Run a scenario once and print what came of it."""
+    from motm_wbc.experiments.parameters import make_parameters
+    from motm_wbc.experiments.run import run
+    from motm_wbc.scene.scenario import load_scenario
+
+    if view and record is None:
+        record = Path(tempfile.mkdtemp(prefix="motm-")) / "run.rrd"
+    world = load_scenario(scenario)
+    parameters = make_parameters(preset, settings or ())
+    quiet = as_json or not sys.stderr.isatty()
+    with _progress(quiet, world.time_limit) as progress:
+        result = run(
+            world,
+            robot=robot,
+            method=method,
+            failure_delay=failure_delay,
+            plant=plant,
+            seed=seed,
+            parameters=parameters,
+            record=record,
+            trace=trace,
+            progress=progress,
+        )
+    if as_json:
+        print(json.dumps(result.summary.as_dict()))
+    else:
+        _print_result(result, record)
+    if view and record is not None:
+        _open_viewer(record)
+    return OK if result.summary.success else FAILED
+
+
+@app.command("robots")
+def robots_command() -> int:
+    """List the shipped robots."""
+    from motm_wbc.kinematics import load_description
+    from motm_wbc.scene.finder import robot_names
+
+    table = _listing("robot", "what it is", "licence of its model")
+    for name in robot_names():
+        description = load_description(name)
+        table.add_row(name, description.description, description.license)
+    Console().print(table)
+    return OK
+
+
+@app.command("scenarios")
+def scenarios_command() -> int:
+    """List the shipped scenarios."""
+    from motm_wbc.scene.finder import scenario_names
+    from motm_wbc.scene.scenario import load_scenario
+
+    table = _listing("scenario", "what it is", "steps")
+    for name in scenario_names():
+        scenario = load_scenario(name)
+        table.add_row(name, scenario.description, str(len(scenario.task)))
+    Console().print(table)
+    return OK
+
+
+@app.command("check")
+def check_command(
+    file: Annotated[str, typer.Argument(help="A robot or scenario: name, file or folder.")],
+) -> int:
+    """Read a robot or a scenario, build all of it, and print its card."""
+    from motm_wbc.experiments.cards import card
+
+    title, rows = card(file)
+    table = _listing(title, "")
+    for key, value in rows:
+        table.add_row(key, value)
+    Console().print(table)
+    return OK
+
+
+def _listing(*columns: str) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    return table
+
+
+@contextmanager
+def _progress(quiet: bool, limit: float) -> Iterator[Callable[[StepReport], None] | None]:
+    """A live line on a terminal: simulated time, what the robot is at, how fast it drives."""
+    if quiet:
+        yield None
+        return
+    console = Console(stderr=True)
+    with console.status("setting up (the first run compiles, once)") as status:
+
+        def show(report: StepReport) -> None:
+            if report.base is not None:
+                speed = float(report.command.base[0])
+                status.update(
+                    f"{report.time:5.1f} s of at most {limit:g} s · step {report.step_index + 1} "
+                    f"· {report.stage} · base {speed:.2f} m/s"
+                )
+
+        yield show
+
+
+def _print_result(result: RunResult, record: Path | None) -> None:
+    s = result.summary
+    table = _listing(f"{s.scenario}, {s.method}, {s.robot}", f"{s.plant} plant")
+    table.add_row("result", "task done" if s.success else f"task failed: {s.failure_reason}")
+    for label, value, unit in (
+        ("task time", s.task_time_s, "s"),
+        ("grasp attempts", s.grasp_attempts, ""),
+        ("first attempt at", s.first_attempt_time_s, "s"),
+        ("grasp holds at", s.grasp_time_s, "s"),
+        ("base speed at the grasp", s.base_speed_at_grasp_m_s, "m/s"),
+        ("object's error at the drop", s.object_error_at_drop_m, "m"),
+        ("collisions", s.collisions, ""),
+        ("least clearance, base", s.min_base_clearance_m, "m"),
+        ("least clearance, arm", s.min_arm_clearance_m, "m"),
+        ("base step, median", s.base_step_ms and s.base_step_ms.median, "ms"),
+        ("arm step, median", s.arm_step_ms and s.arm_step_ms.median, "ms"),
+        ("real-time factor", s.real_time_factor, ""),
+    ):
+        table.add_row(label, _figure(value, unit))
+    for line in result.collisions:
+        table.add_row("contact", line)
+    if record is not None:
+        table.add_row("recording", str(record))
+    Console().print(table)
+
+
+def _figure(value: float | None, unit: str) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "-"
+    shown = str(value) if isinstance(value, int) else f"{value:.3f}"
+    return f"{shown} {unit}".rstrip()
+
+
+def _open_viewer(recording: Path) -> None:
+    viewer = Path(sys.executable).with_name("rerun")
+    if not viewer.exists():
+        raise InputError("the rerun viewer is not installed beside this Python", "--view")
+    subprocess.Popen([str(viewer), str(recording)])

@@ -1,0 +1,281 @@
+"""One run of a scenario: plant, executive, audit and recorders in one loop."""
+
+from __future__ import annotations
+
+import math
+import platform
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motm_wbc.audit import Audit
+from motm_wbc.basenav.placement import BasePlacement
+from motm_wbc.basenav.reach import ReachRegion
+from motm_wbc.basenav.world import World
+from motm_wbc.errors import InputError
+from motm_wbc.experiments.checks import check_start, check_targets
+from motm_wbc.experiments.parameters import Parameters
+from motm_wbc.experiments.result import RunResult
+from motm_wbc.experiments.summary import RunLog, summarise
+from motm_wbc.interfaces import GroundTruth, StepReport
+from motm_wbc.kinematics import RobotModel, load_robot
+from motm_wbc.mission.executive import Executive, ExecutiveParameters
+from motm_wbc.mission.methods import MethodContext, new_method
+from motm_wbc.recording import RrdRecorder, TraceRecorder
+from motm_wbc.scene.footprints import base_obstacles
+from motm_wbc.scene.scenario import GraspFailure, Scenario
+from motm_wbc.simulation import SimulatedPlant, default_plant, make_plant
+
+_SETTLE = 1.0  # [s] after the release at which an object's error is taken
+_FALLEN = 0.05  # [m] below the lowest support at which an object counts as lost
+_VERSIONS = ("motm-wbc", "pin", "numpy", "osqp", "daqp", "pybullet", "python-fcl", "numba")
+
+Progress = Callable[[StepReport], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """A run, ready to start.
+
+    Attributes:
+        scenario: the world and the task.
+        model: the robot.
+        method: name of the method.
+        plant: name of the plant.
+        failure: which grasp attempts fail; only the plant gets to know.
+        seed: 0 is the nominal run.
+        parameters: all numbers.
+    """
+
+    scenario: Scenario
+    model: RobotModel
+    method: str
+    plant: str
+    failure: GraspFailure
+    seed: int
+    parameters: Parameters = field(repr=False)
+
+    @property
+    def dt(self) -> float:
+        """Control step [s]."""
+        return 1.0 / self.parameters.control_rate
+
+
+def run(
+    scenario: Scenario,
+    *,
+    robot: RobotModel | str = "frankie",
+    method: str = "proposed",
+    failure_delay: float | None = None,
+    plant: str | None = None,
+    seed: int = 0,
+    parameters: Parameters | None = None,
+    record: str | Path | None = None,
+    trace: str | Path | None = None,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Run a scenario once.
+
+    Args:
+        scenario: the world and the task.
+        robot: a loaded robot, or its name.
+        method: how the base is led.
+        failure_delay: every grasp attempt that starts less than this after the first one
+            fails [s]; None: as the scenario says.
+        plant: `bullet` or `kinematic`; None: bullet where pybullet can be imported.
+        seed: of noise and random failures; 0 is the nominal run.
+        parameters: None: the defaults.
+        record: write a rerun recording to this file.
+        trace: write the trace to this Parquet file.
+        progress: called after each control step.
+
+    Returns:
+        The figures, the trace and the events.
+
+    Raises:
+        InputError: something given can't be used; the run has not started.
+    """
+    setup = Setup(
+        scenario,
+        load_robot(robot) if isinstance(robot, str) else robot,
+        method,
+        plant or default_plant(),
+        _failure(scenario, failure_delay),
+        seed,
+        parameters or Parameters(),
+    )
+    return run_setup(setup, record=record, trace=trace, progress=progress)
+
+
+def run_setup(
+    setup: Setup,
+    *,
+    record: str | Path | None = None,
+    trace: str | Path | None = None,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Run what has been set up; see `run`."""
+    executive = make_executive(setup)
+    audit = Audit(setup.model, setup.scenario)
+    table = TraceRecorder.for_run(setup.scenario, setup.model)
+    with ExitStack() as stack:
+        recorder = None
+        if record is not None:
+            recorder = stack.enter_context(open_recording(setup, Path(record)))
+        world = make_plant(
+            setup.plant,
+            setup.scenario,
+            setup.model,
+            control_period=setup.dt,
+            seed=setup.seed,
+            parameters=setup.parameters.physics,
+            failure=setup.failure,
+        )
+        stack.callback(world.close)
+        log = RunLog()
+        started = time.perf_counter()
+        _loop(setup, executive, world, audit, table, recorder, log, progress)
+        log.wall_time = time.perf_counter() - started
+    pa_table = table.table()
+    summary = summarise(setup, executive, world, audit.result(), log)
+    if trace is not None:
+        table.write_parquet(Path(trace))
+    return RunResult(
+        summary,
+        pa_table,
+        tuple(sorted((*log.events, *world.events), key=lambda event: event.time)),
+        tuple(str(episode) for episode in audit.result().episodes),
+        _configuration(setup),
+    )
+
+
+def make_executive(setup: Setup) -> Executive:
+    """The controller of a run, after all checks that need no run.
+
+    Raises:
+        InputError: the task can't be done from what was given.
+    """
+    p, model = setup.parameters, setup.model
+    check_start(setup.scenario, model)
+    reach = model.description.reach
+    region = ReachRegion(model.arm_base_xy, reach.hold_radius, reach.bearing_limit)
+    boundary = setup.scenario.boundary
+    world = World(
+        list(base_obstacles(setup.scenario).values()),
+        None if boundary is None else np.array(boundary),
+    )
+    check_targets(
+        setup.scenario,
+        BasePlacement(world, model.footprint, model.base_limits, p.placement),
+        region,
+    )
+    context = MethodContext(
+        world,
+        model.footprint,
+        model.base_limits,
+        region,
+        p.mission.base_rate_divider * setup.dt,
+        p.placement,
+        p.staa,
+    )
+    return Executive(
+        setup.scenario,
+        model,
+        new_method(setup.method, context),
+        ExecutiveParameters(p.mission, p.reach, p.grasp, p.whole_body, p.solver),
+        setup.dt,
+    )
+
+
+def open_recording(setup: Setup, path: Path) -> RrdRecorder:
+    """A recorder for a run.
+
+    Raises:
+        InputError: the file can't be written.
+    """
+    raise InputError(str(path))
+
+
+def _loop(
+    setup: Setup,
+    executive: Executive,
+    plant: SimulatedPlant,
+    audit: Audit,
+    table: TraceRecorder,
+    recorder: RrdRecorder | None,
+    log: RunLog,
+    progress: Progress | None,
+) -> None:
+    """Step until the task is done and the last object is at rest, or the run has failed."""
+
+    def observe(truth: GroundTruth) -> None:
+        audit.observe(truth)
+
+    while log.failure_reason is None and not _settled(executive, plant):
+        state, world = plant.sense()
+        report = executive.step(state, world)
+        truth = plant.truth()
+        log.add(truth, report)
+        table.step(truth, report)
+        if recorder is not None:
+            recorder.scalars(truth.time, audit.clearances())
+            recorder.step(truth, report)
+        plant.step(report.command, observe)
+        log.failure_reason = _failure_reason(setup, plant)
+        if progress is not None:
+            progress(report)
+
+
+def _settled(executive: Executive, plant: SimulatedPlant) -> bool:
+    if not executive.done:
+        return False
+    last = plant.releases[-1].time if plant.releases else plant.time
+    return plant.time >= last + _SETTLE
+
+
+def _failure_reason(setup: Setup, plant: SimulatedPlant) -> str | None:
+    truth = plant.truth()
+    if truth.time > setup.scenario.time_limit:
+        return f"the task was not done within {setup.scenario.time_limit:g} s"
+    lowest = min(support.top for support in setup.scenario.supports)
+    for name, T_world_object in truth.objects.items():
+        if name != truth.held and T_world_object[2, 3] < lowest - _FALLEN:
+            return f"{name} fell down"
+    return None
+
+
+def _failure(scenario: Scenario, delay: float | None) -> GraspFailure:
+    if delay is None:
+        return scenario.grasp_failure
+    if not (math.isfinite(delay) and 0.0 <= delay <= 600.0):
+        raise InputError(f"{delay} is no delay; legal: 0 to 600 s", "failure delay")
+    return scenario.grasp_failure.model_copy(update={"delay": float(delay)})
+
+
+def _configuration(setup: Setup) -> dict[str, Any]:
+    return {
+        "scenario": setup.scenario.model_dump(mode="json"),
+        "robot": setup.model.description.model_dump(mode="json"),
+        "method": setup.method,
+        "plant": setup.plant,
+        "failure": setup.failure.model_dump(mode="json"),
+        "seed": setup.seed,
+        "parameters": setup.parameters.model_dump(mode="json"),
+        "versions": {"python": platform.python_version(), **_versions()},
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _VERSIONS:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found

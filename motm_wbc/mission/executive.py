@@ -1,0 +1,199 @@
+"""One control step of the whole: sense, lead the base, lead the arm, solve, command."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.base_motion import BaseKind
+from motm_wbc.interfaces import Command, Event, RobotState, StepReport, WorldState
+from motm_wbc.kinematics import RobotModel
+from motm_wbc.mission.arm_lead import ArmLead, ArmStep
+from motm_wbc.mission.base_lead import BaseLead, BaseStep
+from motm_wbc.mission.bodies import SceneBodies
+from motm_wbc.mission.methods import BaseMoment, Method
+from motm_wbc.mission.parameters import GraspParameters, MissionParameters, ReachParameters
+from motm_wbc.mission.stages import Stage
+from motm_wbc.qp import (
+    BaseTask,
+    PostureTask,
+    WholeBodyController,
+    WholeBodyParameters,
+    WholeBodyResult,
+)
+from motm_wbc.scene.scenario import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutiveParameters:
+    """What the executive and its parts are set by."""
+
+    mission: MissionParameters
+    reach: ReachParameters
+    grasp: GraspParameters
+    whole_body: WholeBodyParameters
+    solver: str
+
+
+class Executive:
+    """Does a scenario's task with a robot: state in, command out, once a control step.
+
+    It never throws: where a part fails, the answer is a safe command and an event.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        model: RobotModel,
+        method: Method,
+        parameters: ExecutiveParameters,
+        dt: float,
+    ) -> None:
+        """Set up at the first step.
+
+        Args:
+            scenario: the task and what is known of the world.
+            model: the robot.
+            method: leads the base.
+            parameters: of all parts.
+            dt: control step [s].
+
+        Raises:
+            InputError: the robot can't do the task, or the solver is unknown.
+        """
+        self._model = model
+        self._controller = WholeBodyController(
+            model, dt, parameters.whole_body, solver=parameters.solver
+        )
+        self._arm = ArmLead(scenario, model, parameters.reach, parameters.grasp, dt)
+        self._base = BaseLead(
+            method,
+            model.base_limits,
+            parameters.mission.base_rate_divider,
+            dt,
+            model.arm_base_xy,
+        )
+        self._bodies = SceneBodies(scenario)
+        self._posture = PostureTask.of(model)
+        self._base_command = np.zeros(model.n_base)
+        self._arm_command = np.zeros(model.n_arm)
+        self._rung = "full"
+
+    @property
+    def done(self) -> bool:
+        """The task is done, the hand has retreated."""
+        return self._arm.done
+
+    @property
+    def steps_done(self) -> int:
+        """Number of task steps that are done."""
+        return self._arm.step_index
+
+    @property
+    def goal_switches(self) -> int:
+        """How often the base's goal has changed so far."""
+        return self._base.goal_switches
+
+    def step(self, state: RobotState, world: WorldState) -> StepReport:
+        """Decide the next command.
+
+        Args:
+            state: the robot's own sensors.
+            world: what is seen of the world, of the same instant.
+        """
+        base = self._base.step(self._base_moment(state, world))
+        started = time.perf_counter()
+        reference = self._inputs(base.reference)
+        configuration = self._model.configuration(state.base_pose, state.q, state.gripper_width)
+        target = self._arm.target_xy(self._arm.step_index, world)
+        reach = self._model.description.reach.grasp_range
+        arm = self._arm.lead(
+            state,
+            world,
+            configuration,
+            self._twist(reference),
+            self._base.pass_poses,
+            None if target is None else self._base.arrival(target, reach),
+        )
+        result = self._solve(state, world, reference, arm)
+        self._base_command, self._arm_command = result.base, result.arm
+        return self._report(state, base, reference, arm, result, started)
+
+    def _solve(
+        self, state: RobotState, world: WorldState, reference: Array, arm: ArmStep
+    ) -> WholeBodyResult:
+        return self._controller.step(
+            base_pose=state.base_pose,
+            q=state.q,
+            previous=(self._base_command, self._arm_command),
+            tool=arm.task,
+            base=BaseTask(reference),
+            posture=self._posture,
+            bodies=self._bodies.at(world, self._arm.held),
+            target_object=self._target_object(),
+            held=self._bodies.held(self._arm.held, self._arm.T_tool_held, arm.touch_support),
+            gripper_width=state.gripper_width,
+        )
+
+    def _target_object(self) -> str | None:
+        step = self._arm.step
+        return None if step is None else step.object
+
+    def _base_moment(self, state: RobotState, world: WorldState) -> BaseMoment:
+        v, omega = float(self._base_command[0]), float(self._base_command[-1])
+        index = self._arm.base_step_index
+        return BaseMoment(
+            time=state.time,
+            pose=state.base_pose,
+            v=v,
+            omega=omega,
+            step_index=index,
+            target=self._arm.target_xy(index, world),
+            next_target=self._arm.target_xy(index + 1, world),
+            pending=True,
+        )
+
+    def _inputs(self, reference: Array) -> Array:
+        """(n_base,) base inputs of (v, omega): an omnidirectional base drives along its heading."""
+        if self._model.base_kind is BaseKind.DIFFERENTIAL:
+            return reference
+        return np.array([reference[0], 0.0, reference[1]])
+
+    def _twist(self, inputs: Array) -> Array:
+        """(3,) v_x, v_y, omega of base inputs."""
+        if self._model.base_kind is BaseKind.DIFFERENTIAL:
+            return np.array([inputs[0], 0.0, inputs[1]])
+        return inputs
+
+    def _report(
+        self,
+        state: RobotState,
+        base: BaseStep,
+        reference: Array,
+        arm: ArmStep,
+        result: WholeBodyResult,
+        started: float,
+    ) -> StepReport:
+        events = [*base.events, *arm.events]
+        if result.rung != self._rung:
+            level = "info" if result.rung == "full" else "warn"
+            text = f"controller answers on rung {result.rung}: {result.reason or 'recovered'}"
+            events.append(Event(state.time, "fallback", text, level))
+            self._rung = result.rung
+        return StepReport(
+            time=state.time,
+            command=Command(result.base, result.arm, arm.gripper_width),
+            base_reference=reference,
+            T_world_target=arm.T_world_target,
+            tool_error=arm.tool_error,
+            stage=Stage(arm.stage).value,
+            rung=result.rung,
+            active=result.active,
+            step_index=self._arm.step_index,
+            compute_time=time.perf_counter() - started,
+            events=tuple(events),
+            base=base.report,
+        )
