@@ -21,8 +21,9 @@ _PRESETS: Mapping[str, Mapping[str, Any]] = {
     "ours": {},
     # What the paper says and no more: see the table of open choices in the documentation.
     "paper": {
-        "placement": {"literal": True},
-        "staa": {"literal": True},
+        "placement": PlacementParameters.paper().model_dump(),
+        "staa": {"linear_actions": 7, "angular_actions": 7, "expansions": 2000}
+        | {"local_target": "window"},
         "reach": {"form": "quintic"},
     },
 }

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import platform
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable
+from contextlib import closing
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -23,11 +24,12 @@ from motm_wbc.experiments.checks import check_start, check_targets
 from motm_wbc.experiments.parameters import Parameters
 from motm_wbc.experiments.result import RunResult
 from motm_wbc.experiments.summary import RunLog, summarise
-from motm_wbc.interfaces import GroundTruth, StepReport
+from motm_wbc.interfaces import Event, StepReport
 from motm_wbc.kinematics import RobotModel, load_robot
+from motm_wbc.kinematics.urdf import BASE_JOINTS
 from motm_wbc.mission.executive import Executive, ExecutiveParameters
 from motm_wbc.mission.methods import MethodContext, new_method
-from motm_wbc.recording import RrdRecorder, TraceRecorder
+from motm_wbc.recording import Recorders, RrdRecorder, ScalarRecorder, TraceRecorder
 from motm_wbc.scene.footprints import base_obstacles
 from motm_wbc.scene.scenario import GraspFailure, Scenario
 from motm_wbc.simulation import SimulatedPlant, default_plant, make_plant
@@ -123,34 +125,25 @@ def run_setup(
     """Run what has been set up; see `run`."""
     executive = make_executive(setup)
     audit = Audit(setup.model, setup.scenario)
-    table = TraceRecorder.for_run(setup.scenario, setup.model)
-    with ExitStack() as stack:
-        recorder = None
-        if record is not None:
-            recorder = stack.enter_context(open_recording(setup, Path(record)))
-        world = make_plant(
-            setup.plant,
-            setup.scenario,
-            setup.model,
-            control_period=setup.dt,
-            seed=setup.seed,
-            parameters=setup.parameters.physics,
-            failure=setup.failure,
-        )
-        stack.callback(world.close)
-        log = RunLog()
+    inputs = setup.model.base_kind.inputs
+    table = TraceRecorder(setup.model.arm_joints, inputs, _metadata(setup))
+    recorders: list[ScalarRecorder] = [table]
+    if record is not None:
+        recorders.append(open_recording(setup, Path(record)))
+    log = RunLog()
+    with closing(Recorders(recorders)) as recorder, closing(_plant(setup)) as plant:
         started = time.perf_counter()
-        _loop(setup, executive, world, audit, table, recorder, log, progress)
+        _loop(setup, executive, plant, audit, recorder, log, progress)
         log.wall_time = time.perf_counter() - started
-    pa_table = table.table()
-    summary = summarise(setup, executive, world, audit.result(), log)
+        _pass_on(plant.events, recorder)
+    found = audit.result()
     if trace is not None:
         table.write_parquet(Path(trace))
     return RunResult(
-        summary,
-        pa_table,
-        tuple(sorted((*log.events, *world.events), key=lambda event: event.time)),
-        tuple(str(episode) for episode in audit.result().episodes),
+        summarise(setup, executive, plant, found, log),
+        table.table(),
+        tuple(sorted((*log.events, *plant.events), key=lambda event: event.time)),
+        tuple(str(episode) for episode in found.episodes),
         _configuration(setup),
     )
 
@@ -199,7 +192,36 @@ def open_recording(setup: Setup, path: Path) -> RrdRecorder:
     Raises:
         InputError: the file can't be written.
     """
-    raise InputError(str(path))
+    model = setup.model
+    return RrdRecorder(
+        path,
+        scenario=setup.scenario,
+        urdf_path=model.urdf_path,
+        base_joints=BASE_JOINTS,
+        arm_joints=model.arm_joints,
+        finger_joints=model.finger_joints,
+        base_kind=model.base_kind,
+        base_limits=model.base_limits,
+        footprint=model.footprint,
+        q_lower=model.q_lower,
+        q_upper=model.q_upper,
+        v_limits=model.v_max,
+        ring_radius=setup.parameters.placement.radius,
+        reach_radius=model.description.reach.grasp_range,
+        title=f"{setup.scenario.name}, {setup.method}, failure delay {setup.failure.delay:g} s",
+    )
+
+
+def _plant(setup: Setup) -> SimulatedPlant:
+    return make_plant(
+        setup.plant,
+        setup.scenario,
+        setup.model,
+        control_period=setup.dt,
+        seed=setup.seed,
+        parameters=setup.parameters.physics,
+        failure=setup.failure,
+    )
 
 
 def _loop(
@@ -207,29 +229,28 @@ def _loop(
     executive: Executive,
     plant: SimulatedPlant,
     audit: Audit,
-    table: TraceRecorder,
-    recorder: RrdRecorder | None,
+    recorder: Recorders,
     log: RunLog,
     progress: Progress | None,
 ) -> None:
     """Step until the task is done and the last object is at rest, or the run has failed."""
-
-    def observe(truth: GroundTruth) -> None:
-        audit.observe(truth)
-
     while log.failure_reason is None and not _settled(executive, plant):
-        state, world = plant.sense()
-        report = executive.step(state, world)
         truth = plant.truth()
+        report = executive.step(*plant.sense())
         log.add(truth, report)
-        table.step(truth, report)
-        if recorder is not None:
-            recorder.scalars(truth.time, audit.clearances())
-            recorder.step(truth, report)
-        plant.step(report.command, observe)
+        recorder.step(truth, report)
+        plant.step(report.command, audit.observe)
+        clear = audit.clearances()
+        recorder.scalars(truth.time, {"base": clear.base, "arm": clear.arm})
         log.failure_reason = _failure_reason(setup, plant)
         if progress is not None:
             progress(report)
+
+
+def _pass_on(events: Iterable[Event], recorder: Recorders) -> None:
+    """Events of the plant, which a recorder is told once the run is over."""
+    for event in events:
+        recorder.event(event)
 
 
 def _settled(executive: Executive, plant: SimulatedPlant) -> bool:
@@ -256,6 +277,11 @@ def _failure(scenario: Scenario, delay: float | None) -> GraspFailure:
     if not (math.isfinite(delay) and 0.0 <= delay <= 600.0):
         raise InputError(f"{delay} is no delay; legal: 0 to 600 s", "failure delay")
     return scenario.grasp_failure.model_copy(update={"delay": float(delay)})
+
+
+def _metadata(setup: Setup) -> dict[str, str]:
+    """What a trace carries so that its run can be repeated."""
+    return {"configuration": json.dumps(_configuration(setup))}
 
 
 def _configuration(setup: Setup) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The array type of the whole package."""
+"""The array types of the whole package."""
 
 from __future__ import annotations
 
@@ -8,3 +8,5 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.intp]
+BoolArray: TypeAlias = NDArray[np.bool_]

@@ -83,6 +83,7 @@ class ArmLead:
         self.held: str | None = None
         self.T_tool_held: Array | None = None
         self._held_width = 0.0
+        self._last_placed: str | None = None
         self._machine: PickMachine | PlaceMachine | None = self._new_machine()
 
     @property
@@ -96,6 +97,21 @@ class ArmLead:
         machine = self._machine
         released = isinstance(machine, PlaceMachine) and machine.released
         return self.step_index + (1 if released else 0)
+
+    @property
+    def touchable(self) -> str | None:
+        """The object that the fingers may touch: the one at hand.
+
+        That is the one just placed until the hand sets out for another.
+        """
+        step = self.step
+        if step is None or (
+            self._last_placed is not None
+            and self._machine is not None
+            and self._machine.stage is Stage.TRAVEL
+        ):
+            return self._last_placed
+        return step.object
 
     @property
     def done(self) -> bool:
@@ -236,6 +252,7 @@ class ArmLead:
             self._held_width = state.gripper_width
         else:
             self.held, self.T_tool_held = None, None
+            self._last_placed = step.object
         self.step_index += 1
         self._machine = self._new_machine()
 

@@ -77,7 +77,8 @@ class Executive:
             model.arm_base_xy,
         )
         self._bodies = SceneBodies(scenario)
-        self._posture = PostureTask.of(model)
+        self._posture = _posture(model)
+        self._home = PostureTask(model.home, np.ones(model.n_arm))
         self._base_command = np.zeros(model.n_base)
         self._arm_command = np.zeros(model.n_arm)
         self._rung = "full"
@@ -131,16 +132,12 @@ class Executive:
             previous=(self._base_command, self._arm_command),
             tool=arm.task,
             base=BaseTask(reference),
-            posture=self._posture,
+            posture=self._posture if arm.task is not None else self._home,
             bodies=self._bodies.at(world, self._arm.held),
-            target_object=self._target_object(),
+            target_object=self._arm.touchable,
             held=self._bodies.held(self._arm.held, self._arm.T_tool_held, arm.touch_support),
             gripper_width=state.gripper_width,
         )
-
-    def _target_object(self) -> str | None:
-        step = self._arm.step
-        return None if step is None else step.object
 
     def _base_moment(self, state: RobotState, world: WorldState) -> BaseMoment:
         v, omega = float(self._base_command[0]), float(self._base_command[-1])
@@ -197,3 +194,9 @@ class Executive:
             events=tuple(events),
             base=base.report,
         )
+
+
+def _posture(model: RobotModel) -> PostureTask:
+    """What the robot's file wants its redundancy to be used for."""
+    wanted = model.posture
+    return PostureTask(wanted.value, wanted.weight, wanted.lower, wanted.upper)

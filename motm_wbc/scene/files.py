@@ -56,7 +56,8 @@ def parse(model: type[Model], content: Mapping[str, Any], where: str) -> Model:
 
 
 def _as_input_error(error: ValidationError, model: type[BaseModel], where: str) -> InputError:
-    first = error.errors()[0]
+    # a misspelt key is also a missing one: the misspelling says more
+    first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     location = [part for part in first["loc"] if not _is_tag(part)]
     key = _key(location)
     if first["type"] == "extra_forbidden":

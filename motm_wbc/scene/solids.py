@@ -14,7 +14,7 @@ from motm_wbc.scene.files import Data
 
 _WORLD_SIZE = 1000.0  # [m]; a coordinate beyond is a slip of unit
 _OUTLINE_SIDES = 32
-_GRASP_DEPTH = 0.03  # [m] from the top of an object down to where it is gripped
+_GRASP_DEPTH = 0.015  # [m] from the top of an object down to where it is gripped
 
 
 def _inside_world(values: tuple[float, ...]) -> tuple[float, ...]:

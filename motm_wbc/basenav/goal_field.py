@@ -1,0 +1,277 @@
+"""Exact PathRTR time from any pose to a goal, out of one backward search for each goal.
+
+A query is the straight line to the goal, or a tangent from the pose to a corner and the
+remaining time from there, which depends on the direction of arrival: candidates are taken
+in order of their time, so that the first one in sight is the optimum.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from motm_wbc.basenav.graph import chain_turn
+from motm_wbc.basenav.jit import kernel
+from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, direct_time, end_turn
+from motm_wbc.basenav.search import first_from
+from motm_wbc.basenav.visibility import (
+    NEITHER,
+    is_blocked,
+    line_of_sight,
+    may_be_tangent,
+    nearest_on_ring,
+    push_out,
+    sees,
+    tangent_side,
+)
+from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
+from motm_wbc.geometry.arrays import Array
+
+# columns of GoalField.goals
+HEADING, EXTRA = 2, 3
+
+
+class GoalField(NamedTuple):
+    """What a query needs; arrays and floats only, so that kernels take it as one argument.
+
+    Attributes:
+        walls: outlines of the free space.
+        chain_start: (2 n + 1,) first exit of each chain (see `graph`).
+        exit_turn: (e,) turn at which each exit lies on its chain [rad], ascending.
+        exit_cost: (e, 2) time to a goal from there [s], by this exit or a later one of the
+            chain, forward and backward.
+        chain_bound: (2 n,) least time to a goal from anywhere on a chain [s].
+        goals: (g, 4) x, y [m], heading [rad] or NaN if free, time added [s].
+        speeds: speeds of the base.
+    """
+
+    walls: Walls
+    chain_start: Indices
+    exit_turn: Array
+    exit_cost: Array
+    chain_bound: Array
+    goals: Array
+    speeds: Speeds
+
+
+@kernel
+def by_chain(
+    chain_start: Indices,
+    exit_turn: Array,
+    exit_cost: Array,
+    chain: int,
+    turn: float,
+    gear: int,
+    turning: float,
+) -> float:
+    """Time to a goal [s] once a path has reached a chain with the given turn [rad]."""
+    end = chain_start[chain + 1]
+    k = first_from(exit_turn, chain_start[chain], end, turn)
+    if k == end:
+        return math.inf
+    return float(exit_cost[k, gear] + abs(exit_turn[k] - turn) / turning)
+
+
+@kernel
+def _by_corner(
+    corners: Array,
+    chain_start: Indices,
+    exit_turn: Array,
+    exit_cost: Array,
+    speeds: Speeds,
+    chain: int,
+    x: float,
+    y: float,
+    heading: float,
+) -> tuple[float, int]:
+    """Time to the goal [s] from (x, y) by the tangent to a chain, and the better gear."""
+    dx, dy = corners[chain // 2, X] - x, corners[chain // 2, Y] - y
+    angle, length = math.atan2(dy, dx), math.sqrt(dx * dx + dy * dy)
+    turn = chain_turn(corners, chain // 2, chain % 2, angle)
+    turned = end_turn(angle, heading, FORWARD)
+    ahead = by_chain(chain_start, exit_turn, exit_cost, chain, turn, FORWARD, speeds.turning)
+    ahead += turned / speeds.turning + length / speeds.forward
+    if speeds.backward > 0.0:
+        turned = end_turn(angle, heading, BACKWARD)
+        back = by_chain(chain_start, exit_turn, exit_cost, chain, turn, BACKWARD, speeds.turning)
+        back += turned / speeds.turning + length / speeds.backward
+        if back < ahead:
+            return back, BACKWARD
+    return ahead, FORWARD
+
+
+@kernel
+def _straight(
+    goals: Array, speeds: Speeds, goal: int, x: float, y: float, heading: float
+) -> tuple[float, int]:
+    """Time straight to a goal [s], and the better gear."""
+    dx, dy = goals[goal, X] - x, goals[goal, Y] - y
+    toward = goals[goal, HEADING]
+    ahead = direct_time(dx, dy, heading, toward, speeds, FORWARD)
+    back = direct_time(dx, dy, heading, toward, speeds, BACKWARD)
+    gear = BACKWARD if back < ahead else FORWARD
+    return min(ahead, back) + goals[goal, EXTRA], gear
+
+
+@kernel
+def _add_corners(
+    corners: Array,
+    links: Indices,
+    chain_bound: Array,
+    speed: float,
+    x: float,
+    y: float,
+    bounds: Array,
+    moves: Indices,
+) -> int:
+    """Tangents from (x, y) to corners as candidates, with a lower bound of their time.
+
+    A move is 4 x chain: not refined yet. Returns how many there are.
+    """
+    count = 0
+    for corner in range(corners.shape[0]):
+        dx, dy = corners[corner, X] - x, corners[corner, Y] - y
+        if not may_be_tangent(corners, corner, dx, dy):
+            continue
+        length = math.sqrt(dx * dx + dy * dy)
+        if length <= TOUCH:
+            continue
+        side = tangent_side(corners, links, corner, dx / length, dy / length)
+        if side == NEITHER:
+            continue
+        chain = 2 * corner + side
+        bounds[count] = length / speed + chain_bound[chain]
+        moves[count] = 4 * chain
+        count += 1
+    return count
+
+
+@kernel
+def _first_in_sight(
+    field: GoalField,
+    x: float,
+    y: float,
+    heading: float,
+    bounds: Array,
+    moves: Indices,
+    count: int,
+) -> tuple[float, int, int, int]:
+    """The best of some candidates, as `first_move` returns it.
+
+    The least one is taken each time; if it has only its lower bound, it is refined, if it is
+    not in sight, it is dropped.
+    """
+    corners, links = field.walls.corners, field.walls.links
+    ring_start, boxes = field.walls.ring_start, field.walls.ring_box
+    chain_start, exit_turn, exit_cost = field.chain_start, field.exit_turn, field.exit_cost
+    goals, speeds = field.goals, field.speeds
+    while count > 0:
+        best = 0
+        for k in range(1, count):
+            if bounds[k] < bounds[best]:
+                best = k
+        time, move = bounds[best], moves[best]
+        if time == math.inf:
+            break
+        goal, chain, gear = -1, -1, move % 2
+        if move < 0:
+            goal, gear = (-1 - move) // 2, (-1 - move) % 2
+            tx, ty = goals[goal, X], goals[goal, Y]
+        else:
+            chain = move // 4
+            tx, ty = corners[chain // 2, X], corners[chain // 2, Y]
+            if move % 4 < 2:
+                bounds[best], gear = _by_corner(
+                    corners, chain_start, exit_turn, exit_cost, speeds, chain, x, y, heading
+                )
+                moves[best] = 4 * chain + 2 + gear
+                continue
+        if sees(corners, links, ring_start, boxes, x, y, tx, ty):
+            return time, gear, goal, chain
+        count -= 1
+        bounds[best], moves[best] = bounds[count], moves[count]
+    return math.inf, FORWARD, -1, -1
+
+
+@kernel
+def first_move(field: GoalField, x: float, y: float, heading: float) -> tuple[float, int, int, int]:
+    """Best first move from a free pose.
+
+    Returns:
+        Time to the goal [s], infinite if there is no path; gear; the goal driven to
+        directly or -1; else the chain driven to.
+    """
+    goals = field.goals
+    if goals.shape[0] == 1 and line_of_sight(field.walls, x, y, goals[0, X], goals[0, Y]):
+        time, gear = _straight(goals, field.speeds, 0, x, y, heading)  # nothing is faster
+        return time, gear, 0, -1
+    most = goals.shape[0] + field.walls.corners.shape[0]
+    bounds = np.empty(most)
+    moves = np.empty(most, dtype=np.int64)
+    count = _add_corners(
+        field.walls.corners,
+        field.walls.links,
+        field.chain_bound,
+        field.speeds.forward,
+        x,
+        y,
+        bounds,
+        moves,
+    )
+    if goals.shape[0] > 1:
+        for goal in range(goals.shape[0]):
+            bounds[count], gear = _straight(goals, field.speeds, goal, x, y, heading)
+            moves[count] = -1 - (2 * goal + gear)
+            count += 1
+    return _first_in_sight(field, x, y, heading, bounds, moves, count)
+
+
+@kernel
+def enter(field: GoalField, x: float, y: float, heading: float, place: Array) -> float:
+    """Distance from a pose to where its path to the goal enters free space [m].
+
+    Zero for a free pose. From inside what is blocked it is the nearest free point; if the
+    goal can't be reached from there, the nearest point of another outline from which it can.
+    The point is written to `place` (2,).
+    """
+    distance = push_out(field.walls, x, y, place)
+    if distance <= TOUCH:
+        place[0], place[1] = x, y
+        return 0.0
+    if first_move(field, place[0], place[1], heading)[0] < math.inf:
+        return distance
+    point = np.empty(2)
+    best = math.inf
+    for ring in range(field.walls.ring_box.shape[0]):
+        away = nearest_on_ring(field.walls, ring, x, y, point)
+        if away < best and first_move(field, point[0], point[1], heading)[0] < math.inf:
+            best = away
+            place[0], place[1] = point[0], point[1]
+    return best if best < math.inf else distance
+
+
+@kernel
+def cost_to_go(field: GoalField, x: float, y: float, heading: float) -> float:
+    """Exact PathRTR time from a pose to the goal, in the better gear.
+
+    A pose inside what is blocked (an inflated obstacle, say) counts as pushed out to the
+    nearest free point that the goal can be reached from, with the heading that it has; the
+    distance is added as driven at full forward speed. So the time is infinite only where
+    no path leads to the goal at all.
+
+    Args:
+        field: field of the goal.
+        x: [m].
+        y: [m].
+        heading: [rad], NaN if it is free.
+
+    Returns:
+        Time [s]; infinite if there is no path.
+    """
+    if not is_blocked(field.walls, x, y):
+        return first_move(field, x, y, heading)[0]
+    place = np.empty(2)
+    push = enter(field, x, y, heading, place) / field.speeds.forward
+    return push + first_move(field, place[0], place[1], heading)[0]

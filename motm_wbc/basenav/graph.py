@@ -1,0 +1,131 @@
+"""The tangent visibility graph: which corners a taut path can go between, and how.
+
+The optimum of length plus turning is a taut path: short-cutting adds neither. So a path
+bends only round convex corners, with the obstacle inside of the bend, and between bends it
+follows common tangents (Missura, Lee, Bennewitz, "Minimal Construct", IROS 2018).
+
+A *chain* is a corner together with the side on which the obstacle lies, 2 x corner + side.
+Along a chain, the path's direction can only turn one way; how far it has turned is the
+chain's coordinate, measured from the ring's edge so that it grows along the path. Every
+directed tangent is one *state* on the chain at either end: it leaves there or arrives.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from motm_wbc.basenav.jit import kernel
+from motm_wbc.basenav.visibility import LEFT, NEITHER, RIGHT, line_of_sight, tangent_side
+from motm_wbc.basenav.walls import INCOMING, TOUCH, TURN, Indices, Walls, X, Y
+from motm_wbc.geometry.arrays import Array
+
+_FEW = 256
+
+
+class TangentGraph(NamedTuple):
+    """States of all directed tangents, sorted by chain and turn.
+
+    Attributes:
+        chain_start: (2 n + 1,) first state of each chain.
+        turn: (s,) how far the direction has turned on its chain [rad], ascending.
+        partner: (s,) the state at the other end of the tangent.
+        leaves: (s,) 1 if the path leaves along the tangent here, 0 if it arrives.
+        length: (s,) length of the tangent [m].
+    """
+
+    chain_start: Indices
+    turn: Array
+    partner: Indices
+    leaves: Indices
+    length: Array
+
+
+@kernel
+def chain_turn(corners: Array, corner: int, side: int, angle: float) -> float:
+    """Coordinate on a chain of a path's direction `angle` [rad]; grows as the path bends."""
+    turned = angle - corners[corner, INCOMING]
+    if side == RIGHT:
+        turned += math.pi
+    while turned > 5.0:  # legal is [0, pi), up to rounding
+        turned -= math.tau
+    while turned < -1.0:
+        turned += math.tau
+    return turned if side == LEFT else -turned
+
+
+@kernel
+def _find_tangents(walls: Walls) -> tuple[Indices, Array]:
+    """Common tangents of all pairs of corners that see each other.
+
+    Returns:
+        (t, 2) chains at either end, (t, 2) direction [rad] and length [m].
+    """
+    corners = walls.corners
+    convex = np.flatnonzero(corners[:, TURN] > 0.0)
+    ends = np.empty((_FEW, 2), dtype=np.int64)
+    shape = np.empty((_FEW, 2))
+    count = 0
+    for i in range(convex.size):
+        for j in range(i + 1, convex.size):
+            u, v = convex[i], convex[j]
+            dx, dy = corners[v, X] - corners[u, X], corners[v, Y] - corners[u, Y]
+            length = math.hypot(dx, dy)
+            if length <= TOUCH:
+                continue
+            at_u = tangent_side(corners, walls.links, u, dx / length, dy / length)
+            if at_u == NEITHER:
+                continue
+            at_v = tangent_side(corners, walls.links, v, dx / length, dy / length)
+            if at_v == NEITHER or not line_of_sight(
+                walls, corners[u, X], corners[u, Y], corners[v, X], corners[v, Y]
+            ):
+                continue
+            if count == ends.shape[0]:
+                ends = np.concatenate((ends, np.empty_like(ends)))
+                shape = np.concatenate((shape, np.empty_like(shape)))
+            ends[count, 0], ends[count, 1] = 2 * u + at_u, 2 * v + at_v
+            shape[count, 0], shape[count, 1] = math.atan2(dy, dx), length
+            count += 1
+    return ends[:count], shape[:count]
+
+
+@kernel
+def _make_states(corners: Array, ends: Indices, shape: Array) -> tuple[Indices, Array]:
+    """States of the tangents in both directions, 4 a tangent, partners adjacent.
+
+    Returns:
+        (4 t,) chain and (4 t,) turn of each state; even states leave, odd ones arrive.
+    """
+    count = ends.shape[0]
+    chain = np.empty(4 * count, dtype=np.int64)
+    turn = np.empty(4 * count)
+    for k in range(count):
+        for reverse in range(2):
+            angle = shape[k, 0] + reverse * math.pi
+            for end in range(2):  # 0: leaves, 1: arrives
+                there = ends[k, end if reverse == 0 else 1 - end]
+                corner, side = there // 2, (there % 2 + reverse) % 2  # reversed: sides swap
+                state = 4 * k + 2 * reverse + end
+                chain[state] = 2 * corner + side
+                turn[state] = chain_turn(corners, corner, side, angle)
+    return chain, turn
+
+
+def build_graph(walls: Walls) -> TangentGraph:
+    """The tangent visibility graph of the outlines."""
+    ends, shape = _find_tangents(walls)
+    chain, turn = _make_states(walls.corners, ends, shape)
+    order = np.lexsort((np.arange(chain.size), turn, chain))
+    rank = np.empty_like(order)
+    rank[order] = np.arange(order.size)
+    counts = np.bincount(chain, minlength=2 * walls.corners.shape[0])
+    return TangentGraph(
+        chain_start=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        turn=turn[order],
+        partner=rank[order ^ 1].astype(np.int64),
+        leaves=(1 - order % 2).astype(np.int64),
+        length=np.repeat(shape[:, 1], 4)[order],
+    )

@@ -1,0 +1,43 @@
+"""Parameters of base placement and of the global planner under it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from motm_wbc.scene.files import Data
+
+Seconds = Annotated[float, Field(ge=0.0, le=60.0)]
+
+
+class PlacementParameters(Data):
+    """How the base's pose at an object is chosen (FR, section on base placement)."""
+
+    count: Annotated[int, Field(ge=4, le=360)] = 36
+    """Positions on the ring about the object; each has two headings, both tangential."""
+    radius: Annotated[float, Field(gt=0.0, le=5.0)] = 0.6
+    """Radius of the ring [m]."""
+    weight: Annotated[float, Field(ge=1.0, le=10.0)] = 1.05
+    """Weight w of the way on to the next target (RBC); above 1 it favours the candidate
+    furthest along."""
+    hysteresis: Seconds = 0.1
+    """How much cheaper another candidate must be to replace the one chosen before, unless it
+    lies nearer to the next target [s]."""
+    tie_slack: Seconds = 0.15
+    """Candidates within this of the cheapest are equal: of these the one nearest to the next
+    target is taken [s]."""
+    stop_here: bool = True
+    """Offer to brake and stay where the robot is, once the object is in reach."""
+    inflation: Annotated[float, Field(ge=0.0, le=5.0)] = 0.30
+    """Radius of the disc that the global planner plans for [m]."""
+    footprint_margin: Annotated[float, Field(ge=0.0, le=1.0)] = 0.02
+    """Distance that the true footprint keeps from obstacles at a candidate [m]."""
+    next_ring: bool = True
+    """The way on leads to the best free pose of the next target's own ring; else to the
+    target itself, its support ignored."""
+
+    @classmethod
+    def paper(cls) -> PlacementParameters:
+        """The paper's literal form: the lowest cost is the goal, and nothing else counts."""
+        return cls(hysteresis=0.0, tie_slack=0.0, stop_here=False, next_ring=False)

@@ -1,0 +1,251 @@
+"""The global planner: the fastest path of a disc, turning included, exactly."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
+from motm_wbc.basenav.goal_field import GoalField, enter, first_move
+from motm_wbc.basenav.graph import chain_turn
+from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
+from motm_wbc.basenav.search import first_from
+from motm_wbc.basenav.visibility import push_out
+from motm_wbc.basenav.walls import TOUCH
+from motm_wbc.basenav.world import Inflated, World
+from motm_wbc.errors import InputError, NoPath
+from motm_wbc.geometry.arrays import Array
+
+PoseLike: TypeAlias = Array | tuple[float, float, float | None]
+_KEPT_GOALS = 16
+
+
+@dataclass(frozen=True)
+class Path:
+    """A polyline that the base can drive.
+
+    Attributes:
+        points: (k, 2) from start to goal [m]; one point if they are one place.
+        length: [m].
+        time: PathRTR [s]; what was pushed out counts with its distance at full speed.
+        backward: it is driven in reverse.
+        start_push: distance from the start to the nearest free point, where the start lies
+            inside an inflated obstacle; else 0 [m].
+        goal_push: the same of the goal [m].
+    """
+
+    points: Array
+    length: float
+    time: float
+    backward: bool
+    start_push: float = 0.0
+    goal_push: float = 0.0
+
+
+class GlobalPlanner:
+    """Exact PathRTR paths of a disc over the tangent visibility graph.
+
+    Attributes:
+        world: the world planned in.
+        inflated: its free space for a disc of radius `inflation`.
+        speeds: speeds of the base.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        v_max: float,
+        omega_max: float,
+        inflation: float = 0.0,
+        v_reverse: float = 0.0,
+    ) -> None:
+        """Prepare the planner; the graph is built when it is first needed.
+
+        Args:
+            world: obstacles.
+            v_max: forward speed, > 0 [m/s].
+            omega_max: turn rate, > 0 [rad/s].
+            inflation: radius of the disc, >= 0 [m].
+            v_reverse: speed in reverse, >= 0 [m/s]; 0 forbids reversing.
+
+        Raises:
+            InputError: a number is not in its range.
+        """
+        for name, value in (("v_max", v_max), ("omega_max", omega_max)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"must be a finite number > 0, got {value}", name)
+        if not (math.isfinite(v_reverse) and v_reverse >= 0.0):
+            raise InputError(f"must be a finite number >= 0, got {v_reverse}", "v_reverse")
+        self.world = world
+        self.speeds = Speeds(float(v_max), float(v_reverse), float(omega_max))
+        self.inflated: Inflated = world.inflated(inflation)
+        self._fields: OrderedDict[tuple[float, ...], tuple[GoalField, GoalRoutes]] = OrderedDict()
+
+    def goal_field(self, goal: PoseLike) -> GoalField:
+        """Times from everywhere to a goal, for `cost_to_go`; kept for the next call.
+
+        A goal inside an inflated obstacle is pushed out to the nearest free point, the
+        distance counting at full speed.
+
+        Args:
+            goal: x, y [m], heading [rad], None or NaN: free.
+
+        Raises:
+            InputError: the goal is not finite.
+        """
+        return self._solved(_pose(goal, "goal"))[0]
+
+    def plan(self, start: PoseLike, goal: PoseLike) -> Path:
+        """The fastest path.
+
+        Start and goal may lie inside an inflated obstacle, but not inside an obstacle: they
+        are then pushed out to the nearest free point, and the path says so.
+
+        Args:
+            start: x, y [m], heading [rad], None or NaN: free.
+            goal: the same.
+
+        Raises:
+            InputError: start or goal is not finite.
+            NoPath: there is none.
+        """
+        begin, end = _pose(start, "start"), _pose(goal, "goal")
+        for name, pose in (("start", begin), ("goal", end)):
+            if self._is_in_obstacle(pose):
+                raise NoPath(f"the {name} {_text(pose)} lies inside an obstacle")
+        path = self.route(begin, end)
+        if path is None:
+            raise NoPath(f"there is no path from {_text(begin)} to {_text(end)}")
+        return path
+
+    def route(self, start: Array, goal: Array) -> Path | None:
+        """As `plan`, but None if there is no path, and from inside obstacles as well.
+
+        Args:
+            start: (3,) finite, heading NaN: free.
+            goal: the same.
+        """
+        field, routes = self._solved(goal)
+        place = np.empty(2)
+        start_push = enter(field, start[0], start[1], start[2], place)
+        time, gear, goal_index, chain = first_move(field, place[0], place[1], start[2])
+        if math.isinf(time):
+            return None
+        points = [place]
+        if goal_index < 0:
+            points += self._corners_on(field, routes, place, gear, chain)
+        points.append(field.goals[0, :2])
+        return self._as_path(points, start, goal, gear == BACKWARD, start_push)
+
+    def _as_path(
+        self, points: list[Array], start: Array, goal: Array, backward: bool, start_push: float
+    ) -> Path:
+        inner = _distinct(points)
+        time = path_time(inner, _heading(start), _heading(goal), self.speeds, backward)
+        goal_push = float(math.dist(goal[:2], points[-1]))
+        whole = [inner]
+        if start_push > 0.0:
+            whole.insert(0, start[None, :2])
+        if goal_push > 0.0:
+            whole.append(goal[None, :2])
+        line = np.vstack(whole)
+        steps = np.diff(line, axis=0)
+        return Path(
+            points=line,
+            length=float(np.hypot(steps[:, 0], steps[:, 1]).sum()),
+            time=time + (start_push + goal_push) / self.speeds.forward,
+            backward=backward,
+            start_push=start_push,
+            goal_push=goal_push,
+        )
+
+    def _is_in_obstacle(self, pose: Array) -> bool:
+        """Whether a place lies inside an obstacle itself, or outside the boundary."""
+        point = np.empty(2)
+        if push_out(self.inflated.walls, pose[0], pose[1], point) <= TOUCH:
+            return False
+        return bool(push_out(self.world.inflated(0.0).walls, pose[0], pose[1], point) > TOUCH)
+
+    def _corners_on(
+        self, field: GoalField, routes: GoalRoutes, place: Array, gear: int, chain: int
+    ) -> list[Array]:
+        """Corners of the path from `place` by the tangent to a chain, up to the goal."""
+        graph = self.inflated.graph
+        corners = field.walls.corners
+        corner = corners[chain // 2, :2]
+        visited = [corner]
+        angle = math.atan2(corner[1] - place[1], corner[0] - place[0])
+        turn = chain_turn(field.walls.corners, chain // 2, chain % 2, angle)
+        end = int(field.chain_start[chain + 1])
+        nearest = first_from(field.exit_turn, int(field.chain_start[chain]), end, turn)
+        state = int(routes.leads_to[routes.best[nearest, gear]])
+        while state >= 0:
+            after = int(routes.successor[state, gear])
+            if after == graph.partner[state] and graph.leaves[state]:
+                chain = int(np.searchsorted(graph.chain_start, after, side="right")) - 1
+                visited.append(corners[chain // 2, :2])
+            state = after
+        return visited
+
+    def _solved(self, goal: Array) -> tuple[GoalField, GoalRoutes]:
+        key = tuple(goal.tolist())
+        key = (*key[:2], math.inf) if math.isnan(key[2]) else key
+        if key in self._fields:
+            self._fields.move_to_end(key)
+            return self._fields[key]
+        solved = self.solve(goal[None])
+        self._fields[key] = solved
+        if len(self._fields) > _KEPT_GOALS:
+            self._fields.popitem(last=False)
+        return solved
+
+    def solve(self, goals: Array) -> tuple[GoalField, GoalRoutes]:
+        """Field of the time to the best of some goals (g, 3); not kept.
+
+        Goals inside inflated obstacles are pushed out to the nearest free point.
+        """
+        walls = self.inflated.walls
+        rows = np.empty((goals.shape[0], 4))
+        for row, pose in zip(rows, goals, strict=True):
+            push = push_out(walls, pose[0], pose[1], row)
+            if push <= TOUCH or math.isinf(push):
+                row[:2] = pose[:2]
+            row[2] = pose[2]
+            row[3] = push / self.speeds.forward if push > TOUCH else 0.0
+        solved: tuple[GoalField, GoalRoutes] = solve_field(
+            walls, self.inflated.graph, rows, self.speeds
+        )
+        return solved
+
+
+def _pose(pose: PoseLike, where: str) -> Array:
+    """(3,) with NaN for a free heading."""
+    try:
+        x, y, heading = pose
+        values = np.array([x, y, math.nan if heading is None else heading], dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("must be x, y and heading (None: free)", where) from None
+    if not np.isfinite(values[:2]).all() or np.isinf(values[2]):
+        raise InputError(f"must be finite numbers, got {_text(values)}", where)
+    return values
+
+
+def _heading(pose: Array) -> float | None:
+    return None if math.isnan(pose[2]) else float(pose[2])
+
+
+def _text(pose: Array) -> str:
+    return f"({pose[0]:g}, {pose[1]:g})"
+
+
+def _distinct(points: list[Array]) -> Array:
+    """Points without those that repeat the one before."""
+    kept = [points[0]]
+    for point in points[1:]:
+        if math.hypot(*(point - kept[-1])) > TOUCH:
+            kept.append(point)
+    return np.array(kept)

@@ -1,0 +1,446 @@
+"""The local planner: what the base shall do next on its way to a pose."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motm_wbc.basenav.footprint_check import edge_map, grown_corners, outline_of
+from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.planner import GlobalPlanner
+from motm_wbc.basenav.proximity import ProximityGrid, proximity_grid, rings_of, sample_outline
+from motm_wbc.basenav.reach import ReachRegion
+from motm_wbc.basenav.staa_admissible import (
+    ACCELERATION,
+    ALPHA,
+    Keep,
+    executed,
+    first_actions,
+    margin_left,
+)
+from motm_wbc.basenav.staa_follow import follow, remaining_actions
+from motm_wbc.basenav.staa_goal import remaining_error
+from motm_wbc.basenav.staa_kernel import actions_to, advance, start
+from motm_wbc.basenav.staa_motion import braking_rates, drive_of, stopping_duration, stopping_span
+from motm_wbc.basenav.staa_parameters import StaaParameters
+from motm_wbc.basenav.staa_plan import Effort, Goal, StaaPlan
+from motm_wbc.basenav.staa_search import (
+    BEST,
+    CHILDREN,
+    EXPANSIONS,
+    GOAL,
+    OMEGA,
+    ROOT,
+    Problem,
+    V,
+    memory_for,
+)
+from motm_wbc.basenav.window import local_target
+from motm_wbc.basenav.world import World
+from motm_wbc.errors import InputError, NoPath
+from motm_wbc.geometry import polygons, se2
+from motm_wbc.geometry.angles import wrap
+from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.base_motion import BaseLimits
+
+_CHUNK = 50  # expansions between two looks at the clock
+_GRID_STEP = 2.0  # [m] by which the proximity grid is moved
+_ARC_SPACING = 0.03  # [m] between reported poses of a braking arc
+_NO_ACTIONS = np.zeros((0, 5))
+_NOWHERE = Keep(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class _Root:
+    """The state that is planned from, and its first actions (see `first_actions`)."""
+
+    pose: Array
+    v: float
+    omega: float
+    table: Array
+    admissible: NDArray[np.bool_]
+    rests: Array
+
+    @property
+    def brake(self) -> int:
+        """Index of the brake."""
+        return len(self.table) - 1
+
+
+class StaaStar:
+    """Modified STAA* (Missura et al. 2109.07775, with the changes of 2305.08351).
+
+    Attributes:
+        world: the obstacles.
+        limits: speed and acceleration limits of the base.
+        parameters: see `StaaParameters`.
+        planner: the global planner whose cost-to-go guides the search.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        footprint: Array,
+        limits: BaseLimits,
+        parameters: StaaParameters,
+        planner: GlobalPlanner,
+    ) -> None:
+        """Prepare for a world; compiles the kernels if that is still to do.
+
+        Args:
+            world: obstacles.
+            footprint: (n, 2) convex outline in the base frame [m], any winding.
+            limits: speeds and accelerations, > 0 but for `v_reverse` >= 0.
+            parameters: of the planner.
+            planner: global planner of the same world.
+
+        Raises:
+            InputError: the footprint or a limit can't be used.
+        """
+        _check(footprint, limits)
+        p = parameters
+        self.world = world
+        self.limits = limits
+        self.parameters = parameters
+        self.planner = planner
+        self._outline = outline_of(footprint)
+        corners = grown_corners(self._outline, p.margin)
+        reach = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+        self._edges = edge_map(world.obstacles, world.boundary, reach)
+        self._rings = rings_of(world.obstacles, world.boundary)
+        self._samples = sample_outline(self._outline)
+        self._grid: ProximityGrid | None = None
+        self._grid_centre = (math.nan, math.nan)
+        self._drive = drive_of(limits, p.step, p.command_period, p.ramp_steps)
+        self._memory = memory_for(p.expansions, p.linear_actions, p.angular_actions, p.checks)
+        self._compile()
+
+    def plan(
+        self,
+        pose: Array,
+        v: float,
+        omega: float,
+        goal: Goal,
+        *,
+        keep_in: ReachRegion | None = None,
+        object_xy: Array | None = None,
+        previous: StaaPlan | None = None,
+    ) -> StaaPlan:
+        """What to do in the next command period. Never raises.
+
+        The answer depends on the arguments only.
+
+        Args:
+            pose: (3,) of the base [m, m, rad].
+            v: its speed [m/s].
+            omega: its turn rate [rad/s].
+            goal: where to go.
+            keep_in: once the base is in this region, it stays able to come to rest there.
+            object_xy: (2,) the object that the region is about [m].
+            previous: the plan of one command period ago, if it was obeyed. Where it led to
+                the same goal, it is gone on with unless the search finds a cheaper one: so
+                the time that is left never grows from plan to plan.
+        """
+        began = time.perf_counter()
+        kept = self._what_is_left(previous, goal)
+        root, margin = self._root(pose, v, omega, _keep(keep_in, object_xy), kept[:1])
+        if margin < 0.0 or not np.isfinite(goal.pose).all():
+            return self._brake(root, goal, emergency=True)
+        try:
+            problem = self._problem(root.pose, goal, margin)
+        except NoPath:
+            return self._brake(root, goal, emergency=True)
+        if problem.stop:
+            docking = self._docking_action(problem, root)
+            if docking is not None:
+                return self._answer(root, goal, docking, reached=True)
+        elif self._is_past(root, problem.goal):
+            return self._answer(root, goal, self._holding_action(root), reached=True)
+        return self._best_plan(problem, root, goal, kept, began)
+
+    def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
+        """Come to rest on the present arc, as fast as the limits allow."""
+        root, margin = self._root(pose, v, omega, _NOWHERE, _NO_ACTIONS)
+        return self._brake(root, None, emergency=margin < 0.0)
+
+    def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
+        """(k, 5) actions of a plan that led to the same goal, after one period of it."""
+        if previous is None or previous.goal is None or not previous.reached:
+            return _NO_ACTIONS
+        same = previous.goal.stop == goal.stop and np.array_equal(previous.goal.pose, goal.pose)
+        return remaining_actions(previous.actions, self._drive.period) if same else _NO_ACTIONS
+
+    def _root(
+        self, pose: Array, v: float, omega: float, keep: Keep, extra: Array
+    ) -> tuple[_Root, float]:
+        """First actions, and the distance that can be kept; negative: the way is blocked."""
+        p = self.parameters
+        pose = np.array(pose, dtype=float)
+        known = bool(np.isfinite(pose).all() and math.isfinite(v) and math.isfinite(omega))
+        if not known:  # nothing can be said of such a state but that the base should stand
+            pose, v, omega = np.nan_to_num(pose, posinf=0.0, neginf=0.0), 0.0, 0.0
+        v, omega = self.limits.clip(float(v), float(omega))
+        margin = margin_left(
+            self._drive, self._edges, self._outline, p.margin, _with_direction(pose), v, omega
+        )
+        table, admissible, rests = first_actions(
+            self._drive,
+            self._edges,
+            self._outline,
+            keep,
+            p.linear_actions,
+            p.angular_actions,
+            max(margin, 0.0),
+            pose,
+            v,
+            omega,
+            extra,
+        )
+        return _Root(pose, v, omega, table, admissible, rests), margin if known else -1.0
+
+    def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
+        p = self.parameters
+        target, stop = np.array(goal.pose, dtype=float), bool(goal.stop)
+        if p.local_target == "window":
+            target, is_goal = local_target(self.planner, pose, target, p.window, p.window_ahead)
+            stop = stop and is_goal
+        field = self.planner.goal_field(target)
+        ahead = cost_to_go(field, float(pose[0]), float(pose[1]), float(pose[2]))
+        share = max(p.proximity_floor, min(ahead / p.proximity_horizon, 1.0))
+        return Problem(
+            drive=self._drive,
+            world=self._edges,
+            outline=self._outline,
+            grid=self._grid_about(pose),
+            samples=self._samples,
+            field=field,
+            start=np.array(_with_direction(pose)),
+            goal=target,
+            stop=stop,
+            goal_distance=p.goal_distance,
+            goal_angle=p.goal_angle,
+            docking=p.docking_accuracy,
+            margin=margin,
+            proximity=share * p.proximity_weight,
+            weight=p.heuristic_weight,
+            cell=p.cell,
+            headings=p.headings,
+            half_window=0.5 * p.window,
+            window_ahead=p.window_ahead,
+        )
+
+    def _grid_about(self, pose: Array) -> ProximityGrid:
+        """The nearness of obstacles about the base; moved in large steps only."""
+        p = self.parameters
+        x, y = (_GRID_STEP * round(float(value) / _GRID_STEP) for value in pose[:2])
+        if self._grid is None or (x, y) != self._grid_centre:
+            seen = math.hypot(0.5 * p.window + p.window_ahead, 0.5 * p.window)
+            half = seen + self._outline.radius + _GRID_STEP
+            self._grid = proximity_grid(
+                self._rings, (x, y), half, p.cell, p.proximity_radius, self._outline.radius
+            )
+            self._grid_centre = (x, y)
+        return self._grid
+
+    def _best_plan(
+        self, problem: Problem, root: _Root, goal: Goal, kept: Array, began: float
+    ) -> StaaPlan:
+        """The better of a new plan and what is left of the previous one."""
+        action, actions, effort = self._search(problem, root, began)
+        states, cost = self._follow(problem, root, actions)
+        if len(kept) and root.admissible[root.brake - 1]:
+            kept_states, kept_cost = self._follow(problem, root, kept)
+            if kept_cost < math.inf and kept_cost <= cost:
+                action, actions, states, cost = root.brake - 1, kept, kept_states, kept_cost
+        if action < 0:
+            return self._brake(root, goal, emergency=True, effort=effort)
+        return self._answer(root, goal, action, actions, states, cost < math.inf, effort=effort)
+
+    def _search(
+        self, problem: Problem, root: _Root, began: float
+    ) -> tuple[int, Array, Effort]:
+        """Search until the goal, the number of expansions or the clock ends it.
+
+        Returns:
+            Index of the first action, -1 if there is none; (k, 5) actions; effort.
+        """
+        memory, p = self._memory, self.parameters
+        start(problem, memory, root.pose[2], root.v, root.omega, root.table, root.admissible)
+        done, fired, until = False, False, 1
+        while not (done or fired) and until < p.expansions:
+            until = min(until + _CHUNK, p.expansions)
+            done = advance(problem, memory, until)
+            fired = not done and time.perf_counter() - began > p.clock_guard
+        counters = memory.counters
+        effort = Effort(int(counters[EXPANSIONS]), int(counters[CHILDREN]), fired)
+        leaf = int(counters[GOAL if counters[GOAL] >= 0 else BEST])
+        if leaf < 0:
+            return -1, _NO_ACTIONS, effort
+        actions = actions_to(problem, memory, leaf, root.table)
+        if problem.stop and counters[GOAL] >= 0:
+            actions = self._with_braking(actions, *memory.nodes[leaf, V : OMEGA + 1])
+        return int(memory.links[leaf, ROOT]), actions, effort
+
+    def _follow(self, problem: Problem, root: _Root, actions: Array) -> tuple[Array, float]:
+        return follow(
+            problem, root.pose[2], root.v, root.omega, actions, self.parameters.checks
+        )
+
+    def _docking_action(self, problem: Problem, root: _Root) -> int | None:
+        """What to do if braking now would end at the goal: brake, or come nearer first.
+
+        The step of the search is too coarse to stop at a point; here commands are compared
+        by the error that is left when the base brakes after them. At rest it stays.
+        """
+        error, duration = remaining_error(problem, 1.0, *root.pose, root.v, root.omega)
+        if math.isinf(error):
+            return None
+        best, least = root.brake, problem.docking * error + duration
+        if root.v == 0.0 and root.omega == 0.0:
+            return best
+        period = self._drive.period
+        for index in np.flatnonzero(root.admissible[:-1]):
+            error, _ = remaining_error(problem, 1.0, *root.rests[index], 0.0, 0.0)
+            a, alpha = root.table[index, ACCELERATION], root.table[index, ALPHA]
+            after = stopping_duration(self._drive, root.v + a * period, root.omega + alpha * period)
+            cost = problem.docking * error + period + after
+            if cost < least:
+                best, least = int(index), cost
+        return best
+
+    def _is_past(self, root: _Root, goal: Array) -> bool:
+        """Whether a goal to be driven through is within tolerance and no longer ahead."""
+        p = self.parameters
+        offset = goal[:2] - root.pose[:2]
+        if math.hypot(*offset) > p.goal_distance:
+            return False
+        if abs(wrap(goal[2] - root.pose[2])) > p.goal_angle:
+            return False
+        direction = np.array([math.cos(root.pose[2]), math.sin(root.pose[2])])
+        return float(offset @ direction) * (1.0 if root.v >= 0.0 else -1.0) <= 0.0
+
+    def _holding_action(self, root: _Root) -> int:
+        """Keep the velocity, if that is safe: a goal driven through is no reason to slow."""
+        p = self.parameters
+        hold = (p.linear_actions // 2) * p.angular_actions + p.angular_actions // 2
+        return hold if root.admissible[hold] else root.brake
+
+    def _brake(
+        self, root: _Root, goal: Goal | None, emergency: bool, effort: Effort | None = None
+    ) -> StaaPlan:
+        return self._answer(root, goal, root.brake, emergency=emergency, effort=effort)
+
+    def _answer(
+        self,
+        root: _Root,
+        goal: Goal | None,
+        action: int,
+        actions: Array | None = None,
+        states: Array | None = None,
+        reached: bool = False,
+        *,
+        emergency: bool = False,
+        effort: Effort | None = None,
+    ) -> StaaPlan:
+        """The plan that begins with an action; without any more of it, it ends by braking."""
+        row, limits = root.table[action], self.limits
+        a = min(max(float(row[ACCELERATION]), -limits.a_max), limits.a_max)
+        alpha = min(max(float(row[ALPHA]), -limits.alpha_max), limits.alpha_max)
+        period = self._drive.period
+        x, y, c, s = executed(self._drive, _with_direction(root.pose), root.v, root.omega, a, alpha)
+        v, omega = root.v + a * period, root.omega + alpha * period
+        after = np.array([period, x, y, math.atan2(s, c), v, omega])
+        braking = self._braking_states(after)
+        if actions is None or states is None:
+            once = np.array([[*row[:ACCELERATION], period]])
+            actions = self._with_braking(once, v, omega)
+            states = np.vstack([[0.0, *root.pose, root.v, root.omega], braking])
+        return StaaPlan(
+            acceleration=(a, alpha),
+            poses=states[:, :4],
+            velocities=states[:, 4:],
+            reached=reached,
+            braking=braking[:, 1:4],
+            actions=actions,
+            goal=goal,
+            emergency=emergency,
+            effort=effort or Effort(),
+        )
+
+    def _with_braking(self, actions: Array, v: float, omega: float) -> Array:
+        """(k, 5) actions, extended by braking to rest from (v, omega)."""
+        duration = stopping_duration(self._drive, v, omega)
+        if duration == 0.0:
+            return actions
+        rates = braking_rates(self._drive, v, omega)
+        return np.vstack([actions, [rates[0], 0.0, rates[1], 0.0, max(duration, self._drive.period)]])
+
+    def _braking_states(self, state: Array) -> Array:
+        """(b, 6) time, pose and velocity while the base brakes to rest on its circle."""
+        when, pose, (v, omega) = state[0], state[1:4], state[4:]
+        duration = stopping_duration(self._drive, v, omega)
+        span = stopping_span(self._drive, v, omega)
+        way = max(abs(v), abs(omega) * self._outline.radius) * span
+        count = max(1, math.ceil(way / _ARC_SPACING)) if duration > 0.0 else 0
+        states = np.empty((count + 1, 6))
+        for k in range(count + 1):
+            share = k / count if count else 0.0  # of the way; the speed falls with its root
+            left = math.sqrt(1.0 - share)
+            reached = se2.integrate_twist(pose, v, 0.0, omega, share * span)
+            states[k] = [when + (1.0 - left) * duration, *reached, left * v, left * omega]
+        return states
+
+    def _compile(self) -> None:
+        """Run every kernel once, so that no later call has to wait for the compiler."""
+        pose = np.zeros(3)
+        root, _ = self._root(pose, 0.0, 0.0, _NOWHERE, _NO_ACTIONS)
+        try:
+            problem = self._problem(pose, Goal(pose, stop=True), 0.0)
+        except NoPath:
+            return
+        root.admissible[:] = True
+        self._docking_action(problem, root)
+        self._follow(problem, root, self._search(problem, root, time.perf_counter())[1])
+
+
+def _with_direction(pose: Array) -> tuple[float, float, float, float]:
+    """x, y, and cosine and sine of the heading."""
+    heading = float(pose[2])
+    return float(pose[0]), float(pose[1]), math.cos(heading), math.sin(heading)
+
+
+def _keep(region: ReachRegion | None, object_xy: Array | None) -> Keep:
+    if region is None or object_xy is None or not np.isfinite(object_xy).all():
+        return _NOWHERE
+    return Keep(
+        True,
+        float(region.arm_xy[0]),
+        float(region.arm_xy[1]),
+        float(region.radius),
+        float(region.bearing),
+        float(object_xy[0]),
+        float(object_xy[1]),
+    )
+
+
+def _check(footprint: Array, limits: BaseLimits) -> None:
+    """Refuse what can't be planned with."""
+    shape = np.asarray(footprint, dtype=float)
+    if shape.ndim != 2 or shape.shape[1] != 2 or len(shape) < 3 or not np.isfinite(shape).all():
+        raise InputError("must be a polygon of shape (n, 2), n >= 3, finite", "footprint")
+    corners = polygons.counter_clockwise(shape)
+    sides = np.roll(corners, -1, axis=0) - corners
+    after = np.roll(sides, -1, axis=0)
+    bends = sides[:, 0] * after[:, 1] - sides[:, 1] * after[:, 0]
+    if (bends < -1e-9).any() or polygons.signed_area(corners) < 1e-6:
+        raise InputError("must be convex and have an area", "footprint")
+    for name in ("v_max", "omega_max", "a_max", "alpha_max"):
+        value = getattr(limits, name)
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"must be a finite number > 0, got {value}", name)
+    if not (math.isfinite(limits.v_reverse) and limits.v_reverse >= 0.0):
+        raise InputError(f"must be a finite number >= 0, got {limits.v_reverse}", "v_reverse")

@@ -1,0 +1,73 @@
+"""What the local planner is asked, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from motm_wbc.geometry.arrays import Array
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A pose that the base is driven to.
+
+    Attributes:
+        pose: (3,) x [m], y [m], heading [rad].
+        stop: come to rest there; else drive through it at speed.
+    """
+
+    pose: Array
+    stop: bool = False
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search took.
+
+    Attributes:
+        expansions: nodes expanded.
+        children: nodes generated, those in collision included.
+        clock_guard_fired: it was ended by the clock.
+    """
+
+    expansions: int = 0
+    children: int = 0
+    clock_guard_fired: bool = False
+
+
+@dataclass(frozen=True)
+class StaaPlan:
+    """The answer of the local planner.
+
+    Attributes:
+        acceleration: a [m/s^2] and alpha [rad/s^2], to be applied over the next command
+            period.
+        poses: (k, 4) time from now [s], x [m], y [m], heading [rad] along the plan.
+        velocities: (k, 2) v [m/s], omega [rad/s] at these poses.
+        reached: the plan leads to the goal, its last pose is there.
+        braking: (b, 3) the braking arc from the state that the command leads to.
+        actions: (m, 5) what the plan consists of: rate and target of v and of omega, duration.
+        goal: what was asked for, or None.
+        emergency: nothing but braking (or standing still) was possible.
+        effort: what the search took.
+    """
+
+    acceleration: tuple[float, float]
+    poses: Array
+    velocities: Array
+    reached: bool
+    braking: Array
+    actions: Array
+    goal: Goal | None
+    emergency: bool = False
+    effort: Effort = Effort()
+
+    @property
+    def expansions(self) -> int:
+        """Nodes expanded."""
+        return self.effort.expansions
+
+    @property
+    def clock_guard_fired(self) -> bool:
+        """Whether the search was ended by the clock."""
+        return self.effort.clock_guard_fired
