@@ -221,8 +221,8 @@ def _print_result(result: RunResult, record: Path | None) -> None:
         ("collisions", s.collisions, ""),
         ("least clearance, base", s.min_base_clearance_m, "m"),
         ("least clearance, arm", s.min_arm_clearance_m, "m"),
-        ("base step, median", s.base_step_ms and s.base_step_ms.median, "ms"),
-        ("arm step, median", s.arm_step_ms and s.arm_step_ms.median, "ms"),
+        ("base step, median", s.base_step_ms.median if s.base_step_ms else None, "ms"),
+        ("arm step, median", s.arm_step_ms.median if s.arm_step_ms else None, "ms"),
         ("real-time factor", s.real_time_factor, ""),
     ):
         table.add_row(label, _figure(value, unit))

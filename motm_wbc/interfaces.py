@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.arrays import Array, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ class BaseReport:
     goal: Array | None
     candidates: Array
     costs: Array
-    rejections: Array
+    rejections: IntArray
     reasons: Sequence[str]
     selected: int
     global_path: Array

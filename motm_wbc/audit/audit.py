@@ -88,6 +88,7 @@ class Audit:
         # The last row is the held object; without one no pair of that row is checked.
         self._centres = np.zeros((len(self._robot.bodies) + 1, 3))
         self._radii = np.append(self._robot.radii, 0.0)
+        self._limits = {held: self._limit(held) for held in self._masks}
         self._log = EpisodeLog(self._parameters.episode_gap)
         self._samples = 0
         self._latest = Clearances(0.0, math.inf, math.inf)
@@ -101,15 +102,15 @@ class Audit:
         held = None if truth.held is None else self._body(truth.held)
         self._place_spheres(at, held)
         squared = squared_gaps(self._centres, self._scene.lower, self._scene.upper)
-        mask = self._masks[truth.held]
-        near = (squared <= ((self._radii + self._margin) ** 2)[:, None]) & mask
-        self._check_scene(at, held, near, truth.time)
+        near = squared <= self._limits[truth.held]
+        if near.any():
+            self._check_scene(at, held, near, truth.time)
         self._check_robot(at, truth.time)
         self._check_floor(at, held, truth.time)
         if truth.time >= self._samples / self._parameters.clearance_rate - 1e-9:
             self._samples = math.floor(truth.time * self._parameters.clearance_rate + 1e-6) + 1
             gaps = np.sqrt(squared) - self._radii[:, None]
-            self._measure(at, held, gaps, mask, truth.time)
+            self._measure(at, held, gaps, self._masks[truth.held], truth.time)
 
     def result(self) -> AuditResult:
         """What was found so far."""
@@ -120,6 +121,13 @@ class Audit:
         """The latest measurement."""
         return self._latest
 
+    def _limit(self, held: str | None) -> Array:
+        """(p + 1, s) squared gaps up to which a pair is looked at; below zero: never."""
+        radii = self._radii.copy()
+        if held is not None:
+            radii[-1] = self._body(held).sphere.radius
+        return np.where(self._masks[held], ((radii + self._margin) ** 2)[:, None], -1.0)
+
     def _body(self, name: str) -> SceneBody:
         return self._scene.bodies[self._scene.index[name]]
 
@@ -128,13 +136,13 @@ class Audit:
         self._centres[:-1] = self._robot.centres(at)
         self._radii[-1] = 0.0
         if held is not None:
-            self._centres[-1] = held.pose[:3, 3] + held.pose[:3, :3] @ held.sphere.centre
+            self._centres[-1] = held.centre()
             self._radii[-1] = held.sphere.radius
 
     def _check_scene(
         self, at: Configuration, held: SceneBody | None, near: Mask, time: float
     ) -> None:
-        for i, j in zip(*near.nonzero(), strict=True):
+        for i, j in zip(*(side.tolist() for side in near.nonzero()), strict=True):
             solid = self._scene.bodies[j]
             if i < len(self._robot.bodies):
                 name, bodies = self._robot.bodies[i].name, [self._robot.bodies[i].grown(at)]
@@ -159,7 +167,8 @@ class Audit:
         """The floor, a half-space: its contact is the lowest corner, no shape is needed."""
         if held is not None and held.lowest() < 0.0:
             self._log.touch(held.name, _FLOOR, time, -held.lowest())
-        for i in (self._centres[:-1, 2] <= self._radii[:-1]).nonzero()[0]:
+        low = self._centres[:-1, 2] <= self._radii[:-1]
+        for i in low.nonzero()[0].tolist():
             body = self._robot.bodies[i]
             if body.level == 0:
                 continue  # the base and what is fixed to it stand on the floor

@@ -94,8 +94,9 @@ class RobotBodies:
     def centres(self, configuration: Configuration) -> Array:
         """(p, 3) centres of the spheres in the world [m]."""
         rotations = configuration.rotations[self._joints]
-        turned = (rotations @ self._centres[:, :, None])[:, :, 0]
-        return np.asarray(turned + configuration.translations[self._joints])
+        turned = np.einsum("pij,pj->pi", rotations, self._centres)
+        turned += configuration.translations[self._joints]
+        return np.asarray(turned)
 
     def _self_pairs(self, model: RobotModel) -> Indices:
         """Pairs that can touch: not neighbours in the chain, not in touch at home.

@@ -22,7 +22,6 @@ class SceneBody:
         top: height of the solid [m].
         sphere: contains it, about its own centre.
         corners: (n, 3) of a prism about its own centre that contains it [m].
-        pieces: its convex parts, placed.
         pose: (4, 4) of its centre in the world.
     """
 
@@ -32,18 +31,25 @@ class SceneBody:
         self.top = solid.top
         self.corners = solid_corners(solid)
         self.sphere = Sphere.about(self.corners)
-        self.pieces = [
+        self.pose = pose
+        self._pieces = [
             fcl.CollisionObject(shape, fcl.Transform()) for shape in solid_geometries(solid)
         ]
-        self.pose = pose
-        self.place(pose)
+        self._placed: Array | None = None
 
-    def place(self, pose: Array) -> None:
-        """Put its centre at a (4, 4) pose."""
-        self.pose = pose
-        transform = fcl.Transform(pose[:3, :3], pose[:3, 3])
-        for piece in self.pieces:
-            piece.setTransform(transform)
+    @property
+    def pieces(self) -> list[fcl.CollisionObject]:
+        """Its convex parts, where it is now; they are moved only when somebody looks."""
+        if self._placed is not self.pose:
+            transform = fcl.Transform(self.pose[:3, :3], self.pose[:3, 3])
+            for piece in self._pieces:
+                piece.setTransform(transform)
+            self._placed = self.pose
+        return self._pieces
+
+    def centre(self) -> Array:
+        """(3,) centre of its sphere in the world [m]."""
+        return np.asarray(self.pose[:3, 3] + self.pose[:3, :3] @ self.sphere.centre)
 
     def lowest(self) -> float:
         """Height of its lowest point over the floor [m]."""
@@ -87,18 +93,16 @@ class SceneBodies:
         """Move what has moved."""
         for name, pose in truth.objects.items():
             i = self.index[name]
-            if self.bodies[i].pose is not pose:
-                self.bodies[i].place(pose)
-                radius = self.bodies[i].sphere.radius
-                self._set_bounds(i, pose[:3, 3] - radius, pose[:3, 3] + radius)
+            body = self.bodies[i]
+            if body.pose is not pose:
+                body.pose = pose
+                centre = body.centre()
+                self.lower[i] = centre - body.sphere.radius
+                self.upper[i] = centre + body.sphere.radius
         for name, moving in truth.moving.items():
             i = self.index[name]
-            self.bodies[i].place(_pose_of(moving, self.bodies[i].top))
-            self._set_bounds(i, *self.bodies[i].bounds())
-
-    def _set_bounds(self, i: int, lower: Array, upper: Array) -> None:
-        self.lower[i] = lower
-        self.upper[i] = upper
+            self.bodies[i].pose = _pose_of(moving, self.bodies[i].top)
+            self.lower[i], self.upper[i] = self.bodies[i].bounds()
 
 
 def _standing(solid: Solid) -> Array:

@@ -1,12 +1,13 @@
 """Convex shapes for python-fcl, and bounds that tell cheaply what is far away.
 
-Everything is a box, a cylinder or a convex polyhedron. For these pairs python-fcl 0.7 was
-compared with coal: contact or not agreed in 29,000 of 29,000 random pairs, and distances
-were never too small and at most 2 mm too large (3 micrometres for the base).
+Everything is a box, a cylinder or a convex polyhedron. For such pairs python-fcl 0.7 was
+compared with coal, without a skin: contact or not agreed in 30,000 of 30,000 random poses;
+distances were at most 2 micrometres too small and 2 mm too large (3 micrometres for the base).
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import fcl
@@ -17,6 +18,8 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.convex_parts import convex_parts
 from motm_wbc.kinematics.hulls import prism
 from motm_wbc.scene.solids import Solid
+
+_CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,25 +42,17 @@ class Sphere:
 
 
 def polyhedron(corners: Array, skin: float = 0.0) -> fcl.CollisionGeometry:
-    """The convex hull of corners (n, 3), each face moved out by at least `skin` [m]."""
-    hull = trimesh.convex.convex_hull(corners)
-    points = np.asarray(hull.vertices, dtype=float)
-    faces = np.asarray(hull.faces)
+    """The convex hull of corners (n, 3), grown by a skin [m].
+
+    It is grown by the sum with a cube about a ball of that radius: every face moves out by at
+    least the skin, those of a box by just the skin, and no point by more than 1.74 times it.
+    """
     if skin > 0.0:
-        points = _grown(points, faces, np.asarray(hull.face_normals, dtype=float), skin)
+        corners = (corners[:, None, :] + skin * _CUBE).reshape(-1, 3)
+    hull = trimesh.convex.convex_hull(corners)
+    faces = np.asarray(hull.faces)
     listed = np.column_stack([np.full(len(faces), 3), faces])
-    return fcl.Convex(points, len(faces), listed.ravel())
-
-
-def _grown(points: Array, faces: Array, normals: Array, skin: float) -> Array:
-    """Corners moved so far that every face at them has moved out by at least `skin`."""
-    grown = points.copy()
-    for index in range(len(points)):
-        around = normals[(faces == index).any(axis=1)]
-        outward = around.sum(axis=0)
-        # Faces that meet at a corner of a convex body all look away from it.
-        grown[index] += skin * outward / max(float((around @ outward).min()), 1e-9)
-    return grown
+    return fcl.Convex(np.asarray(hull.vertices, dtype=float), len(faces), listed.ravel())
 
 
 def solid_geometries(solid: Solid) -> list[fcl.CollisionGeometry]:

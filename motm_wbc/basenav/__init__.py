@@ -1,1 +1,54 @@
-"""To be described by its room."""
+"""Navigation of the base: global planner, base placement, local planner.
+
+Knows geometry and scene only. Its hot loops are compiled when they are first called and
+kept for later runs (see `jit`). Names are imported when they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from motm_wbc.basenav.goal_field import GoalField, cost_to_go
+    from motm_wbc.basenav.parameters import PlacementParameters
+    from motm_wbc.basenav.placement import BasePlacement, PlacementResult
+    from motm_wbc.basenav.planner import GlobalPlanner, Path
+    from motm_wbc.basenav.reach import ReachRegion
+    from motm_wbc.basenav.staa import StaaStar
+    from motm_wbc.basenav.staa_parameters import StaaParameters
+    from motm_wbc.basenav.world import World
+
+_HOME = {
+    "BasePlacement": "placement",
+    "GlobalPlanner": "planner",
+    "GoalField": "goal_field",
+    "Path": "planner",
+    "PlacementParameters": "parameters",
+    "PlacementResult": "placement",
+    "ReachRegion": "reach",
+    "StaaParameters": "staa_parameters",
+    "StaaStar": "staa",
+    "World": "world",
+    "cost_to_go": "goal_field",
+}
+
+__all__ = [
+    "BasePlacement",
+    "GlobalPlanner",
+    "GoalField",
+    "Path",
+    "PlacementParameters",
+    "PlacementResult",
+    "ReachRegion",
+    "StaaParameters",
+    "StaaStar",
+    "World",
+    "cost_to_go",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(f"motm_wbc.basenav.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'motm_wbc.basenav' has no attribute {name!r}")

@@ -16,10 +16,17 @@ from motm_wbc.basenav.goal_field import HEADING, GoalField, enter, first_move
 from motm_wbc.basenav.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD
 from motm_wbc.basenav.walls import TOUCH, X, Y
+from motm_wbc.geometry.arrays import Array
 
 _TURN_STEP = 0.01  # [m] that the outline's farthest corner moves from check to check
-_PULL_STEP = 0.02  # [m]
-_PULL_LIMIT = 2.0  # how far to pull out straight, in radii of the outline
+_PULL_STEP = 0.04  # [m]
+_PULL_LIMIT = 5.0  # how far to pull out straight, in radii of the outline
+
+
+@kernel
+def wrapped(angle: float) -> float:
+    """The same angle in [-pi, pi) [rad]."""
+    return (angle + math.pi) % math.tau - math.pi
 
 
 @kernel
@@ -33,8 +40,8 @@ def turn_is_clear(
     margin: float,
 ) -> bool:
     """Whether the base can turn on the spot, the shorter way, between two headings [rad]."""
-    turn = (end - start + math.pi) % math.tau - math.pi
-    count = max(1, int(math.ceil(abs(turn) * outline.radius / _TURN_STEP)))
+    turn = wrapped(end - start)
+    count = max(1, math.ceil(abs(turn) * outline.radius / _TURN_STEP))
     for k in range(count + 1):
         heading = start + turn * k / count
         if not is_clear(edges, outline, x, y, math.cos(heading), math.sin(heading), margin):
@@ -67,6 +74,21 @@ def _way_on(field: GoalField, x: float, y: float, heading: float) -> tuple[float
 
 
 @kernel
+def turning_lag(turn: float, rate: float, acceleration: float) -> float:
+    """What a turn from rest to rest takes longer than `turn`/`rate` [s].
+
+    Args:
+        turn: [rad].
+        rate: largest turn rate [rad/s].
+        acceleration: largest angular acceleration [rad/s^2].
+    """
+    angle = abs(turn)
+    if angle < rate * rate / acceleration:  # the full rate is never reached
+        return 2.0 * math.sqrt(angle / acceleration) - angle / rate
+    return rate / acceleration
+
+
+@kernel
 def departure_time(
     field: GoalField,
     edges: EdgeMap,
@@ -75,13 +97,14 @@ def departure_time(
     y: float,
     heading: float,
     margin: float,
+    alpha_max: float,
 ) -> float:
     """Time to the goal [s] for a base at rest at a pose, infinite if it can't get away.
 
     It turns on the spot to where its way begins, if that sweep is free; else it first pulls
     out straight, back at the reverse speed or ahead, up to the first place where the sweep
     is free, and that is priced with its time. The footprint is checked each centimetre of
-    the sweep and each 2 cm of pulling out.
+    the sweep and each 4 cm of pulling out.
 
     Args:
         field: of the goal.
@@ -91,10 +114,13 @@ def departure_time(
         y: [m].
         heading: [rad].
         margin: distance that the footprint keeps [m].
+        alpha_max: angular acceleration; turning on the spot begins and ends at rest [rad/s^2].
     """
     time, begin = _way_on(field, x, y, heading)
-    if time == math.inf or turn_is_clear(edges, outline, x, y, heading, begin, margin):
+    if time == math.inf:
         return time
+    if turn_is_clear(edges, outline, x, y, heading, begin, margin):
+        return time + turning_lag(wrapped(begin - heading), field.speeds.turning, alpha_max)
     best = math.inf
     c, s = math.cos(heading), math.sin(heading)
     for sense in (-1.0, 1.0):
@@ -107,6 +133,24 @@ def departure_time(
                 break
             time, begin = _way_on(field, px, py, heading)
             if turn_is_clear(edges, outline, px, py, heading, begin, margin):
-                best = min(best, k * _PULL_STEP / speed + time)
+                lag = turning_lag(wrapped(begin - heading), field.speeds.turning, alpha_max)
+                best = min(best, k * _PULL_STEP / speed + time + lag)
                 break
     return best
+
+
+@kernel
+def departure_times(
+    field: GoalField,
+    edges: EdgeMap,
+    outline: Outline,
+    poses: Array,
+    margin: float,
+    alpha_max: float,
+) -> Array:
+    """`departure_time` of each of `poses` (m, 3)."""
+    times = np.empty(len(poses))
+    for i in range(len(poses)):
+        x, y, heading = poses[i, 0], poses[i, 1], poses[i, 2]
+        times[i] = departure_time(field, edges, outline, x, y, heading, margin, alpha_max)
+    return times

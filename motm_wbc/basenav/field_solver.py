@@ -182,9 +182,7 @@ def solve_field(
         )
         chain_cost[:, gear] = cost
         successor[:, gear] = then
-    start, turn, cost_on, source = _merge_exits(
-        graph, chain_cost, goal_start, goal_turn, goal_cost
-    )
+    start, turn, cost_on, source = _merge_exits(graph, chain_cost, goal_start, goal_turn, goal_cost)
     best = _best_onward(start, turn, cost_on, speeds.turning)
     bound = _chain_bounds(start, cost_on)
     field = GoalField(walls, start, turn, cost_on, bound, goals, speeds)

@@ -136,8 +136,8 @@ def squared_distance(px: float, py: float, x1: float, y1: float, x2: float, y2: 
 
 @kernel
 def _tile_range(a: float, b: float, origin: float, tile: float, count: int) -> tuple[int, int]:
-    first = max(int(math.floor((min(a, b) - origin) / tile)), 0)
-    last = min(int(math.floor((max(a, b) - origin) / tile)), count - 1)
+    first = max(math.floor((min(a, b) - origin) / tile), 0)
+    last = min(math.floor((max(a, b) - origin) / tile), count - 1)
     return first, last
 
 
@@ -199,7 +199,7 @@ def _winding_numbers(
                 continue
             crossing = x1 + (py - y1) / (y2 - y1) * (x2 - x1)
             sign = 1 if y2 > y1 else -1
-            last = min(int(math.ceil((crossing - x0) / tile + 0.5)), columns)
+            last = min(math.ceil((crossing - x0) / tile + 0.5), columns)
             for column in range(last):
                 if x0 + (column + 0.5) * tile < crossing:
                     windings[row * columns + column] += sign
@@ -207,9 +207,7 @@ def _winding_numbers(
 
 
 @kernel
-def _enters(
-    outline: Outline, margin: float, x1: float, y1: float, x2: float, y2: float
-) -> bool:
+def _enters(outline: Outline, margin: float, x1: float, y1: float, x2: float, y2: float) -> bool:
     """Whether a segment, in the base frame, has points inside the grown outline."""
     dx, dy = x2 - x1, y2 - y1
     first, last = 0.0, 1.0
@@ -252,8 +250,8 @@ def is_clear(
     Touching is free. `margin` [m] moves the outline's sides outward; outline and margin
     must stay within the reach that the map was made for.
     """
-    column = int(math.floor((x - world.x0) / world.tile))
-    row = int(math.floor((y - world.y0) / world.tile))
+    column = math.floor((x - world.x0) / world.tile)
+    row = math.floor((y - world.y0) / world.tile)
     if column < 0 or row < 0 or column >= world.columns or row >= world.rows:
         return world.outside == 0
     index = row * world.columns + column

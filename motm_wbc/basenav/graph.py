@@ -46,7 +46,7 @@ class TangentGraph(NamedTuple):
 @kernel
 def chain_turn(corners: Array, corner: int, side: int, angle: float) -> float:
     """Coordinate on a chain of a path's direction `angle` [rad]; grows as the path bends."""
-    turned = angle - corners[corner, INCOMING]
+    turned = float(angle - corners[corner, INCOMING])
     if side == RIGHT:
         turned += math.pi
     while turned > 5.0:  # legal is [0, pi), up to rounding

@@ -109,7 +109,7 @@ def _turns(ring: Array) -> Array:
     incoming = ring - np.roll(ring, 1, axis=0)
     outgoing = np.roll(incoming, -1, axis=0)
     cross = incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0]
-    return np.arctan2(cross, (incoming * outgoing).sum(axis=1))
+    return np.asarray(np.arctan2(cross, (incoming * outgoing).sum(axis=1)))
 
 
 def _fan(point: Array, start: float, turn: float, radius: float) -> Array:

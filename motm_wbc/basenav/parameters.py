@@ -27,6 +27,9 @@ class PlacementParameters(Data):
     tie_slack: Seconds = 0.15
     """Candidates within this of the cheapest are equal: of these the one nearest to the next
     target is taken [s]."""
+    price_wait: bool = True
+    """While a grasp is pending, count the way to a candidate only as far as it takes longer
+    than the wait that is expected."""
     stop_here: bool = True
     """Offer to brake and stay where the robot is, once the object is in reach."""
     inflation: Annotated[float, Field(ge=0.0, le=5.0)] = 0.30
@@ -40,4 +43,6 @@ class PlacementParameters(Data):
     @classmethod
     def paper(cls) -> PlacementParameters:
         """The paper's literal form: the lowest cost is the goal, and nothing else counts."""
-        return cls(hysteresis=0.0, tie_slack=0.0, stop_here=False, next_ring=False)
+        return cls(
+            hysteresis=0.0, tie_slack=0.0, price_wait=False, stop_here=False, next_ring=False
+        )

@@ -80,9 +80,9 @@ def _directions(points: Array) -> tuple[list[float], float]:
     """Directions of the segments [rad] and their length in all [m]."""
     directions: list[float] = []
     length = 0.0
-    x, y = points[0]
-    for next_x, next_y in points[1:]:
-        dx, dy = float(next_x - x), float(next_y - y)
+    (x, y), *rest = points.tolist()
+    for next_x, next_y in rest:
+        dx, dy = next_x - x, next_y - y
         step = math.hypot(dx, dy)
         if step > TOUCH:
             directions.append(math.atan2(dy, dx))

@@ -15,11 +15,14 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
+from shapely import intersects_xy
+from shapely.geometry import Polygon
 
-from motm_wbc.basenav.departure import departure_time
+from motm_wbc.basenav.choice import select
+from motm_wbc.basenav.departure import departure_time, departure_times
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, edge_map, outline_of
 from motm_wbc.basenav.goal_field import GoalField, enter
 from motm_wbc.basenav.parameters import PlacementParameters
@@ -38,15 +41,17 @@ from motm_wbc.basenav.ring import (
     times_from,
     times_to,
 )
+from motm_wbc.basenav.waiting import Wait, time_until_leaving
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.basenav.world import World
-from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 __all__ = ["REASONS", "BasePlacement", "PlacementResult"]
 
 _KEPT = 8
+_NO_WAIT = Wait()
+Kept = TypeVar("Kept")
 Key: TypeAlias = tuple[float, ...]
 SupportOf: TypeAlias = Callable[[Array], Sequence[int]]
 
@@ -125,6 +130,7 @@ class BasePlacement:
         self._support_of = support_of or self._obstacles_at
         self._rings: OrderedDict[Key, Ring] = OrderedDict()
         self._fields: OrderedDict[Key, GoalField | None] = OrderedDict()
+        self._starts: OrderedDict[Key, Array] = OrderedDict()
         self._onward: OrderedDict[Key, Array] = OrderedDict()
 
     def evaluate(
@@ -137,6 +143,7 @@ class BasePlacement:
         stop_pose: Array | None = None,
         stop_time: float = 0.0,
         region: ReachRegion | None = None,
+        wait: Wait = _NO_WAIT,
     ) -> PlacementResult:
         """Cost of every candidate, and the choice.
 
@@ -149,6 +156,7 @@ class BasePlacement:
                 then in reach.
             stop_time: time that braking takes [s].
             region: where the arm can work; None: everywhere.
+            wait: how long the robot is needed here; only where there is a next target.
 
         Returns:
             Costs and choice; never raises for finite arguments.
@@ -164,12 +172,19 @@ class BasePlacement:
             rejections[legal & np.isinf(leg2)] = UNREACHABLE
             legal = rejections == FREE
         weighed = self.parameters.weight * leg2 if next_reachable else np.zeros_like(leg2)
-        costs = np.where(legal, leg1 + np.where(legal, weighed, 0.0), math.inf)
-        selected = self._select(ring.poses, costs, leg2, previous)
+        if next_xy is None or not self.parameters.price_wait:
+            wait = _NO_WAIT
+            restarts = np.zeros(len(leg1))
+        else:
+            restarts = wait.restart + self._standing_starts(ring, object_xy, next_xy, region, leg2)
+        reached = time_until_leaving(np.where(legal, leg1, 0.0), wait, restarts)
+        costs = np.where(legal, reached + np.where(legal, weighed, 0.0), math.inf)
+        selected = select(ring.poses, costs, leg2, previous, self.parameters)
         stop_cost = math.inf
         if stop_pose is not None and self.parameters.stop_here:
-            stop_cost = stop_time + self._stop_leg2(stop_pose, next_xy, region)
-        stops = stop_cost < costs.min()
+            rested = max(stop_time, wait.expected) + wait.restart
+            stop_cost = rested + self._stop_leg2(stop_pose, next_xy, region)
+        stops = bool(stop_cost < costs.min())
         goal = stop_pose if stops else (ring.poses[selected].copy() if selected >= 0 else None)
         return PlacementResult(
             candidates=ring.poses,
@@ -185,33 +200,6 @@ class BasePlacement:
             next_reachable=next_reachable,
             robot_push=robot_push,
         )
-
-    def _select(self, poses: Array, costs: Array, leg2: Array, previous: Array | None) -> int:
-        """The cheapest; ties go toward the next target; the previous one is kept if it can."""
-        least = float(costs.min())
-        if math.isinf(least):
-            return -1
-        tied = np.flatnonzero(costs <= least + self.parameters.tie_slack)
-        order = np.lexsort((tied, costs[tied], leg2[tied]))
-        chosen = int(tied[order[0]])
-        kept = self._match(poses, previous)
-        if (
-            kept >= 0
-            and costs[kept] <= costs[chosen] + self.parameters.hysteresis
-            and leg2[kept] <= leg2[chosen]  # a choice nearer to the next target is progress
-        ):
-            return kept
-        return chosen
-
-    def _match(self, poses: Array, previous: Array | None) -> int:
-        """The candidate that `previous` was, though the object may have moved a little."""
-        if previous is None:
-            return -1
-        apart = np.hypot(poses[:, 0] - previous[0], poses[:, 1] - previous[1])
-        turned = np.array([abs(wrap(heading - previous[2])) for heading in poses[:, 2]])
-        spacing = math.tau / self.parameters.count
-        same = (apart < 0.5 * spacing * self.parameters.radius) & (turned < 0.5 * spacing)
-        return int(np.argmin(np.where(same, apart, math.inf))) if same.any() else -1
 
     def _leg1(self, ring: Ring, pose: Array) -> tuple[Array, float]:
         """Times from the robot, and how far it was pushed out."""
@@ -257,9 +245,33 @@ class BasePlacement:
             return math.inf
         x, y, heading = (float(value) for value in stop_pose)
         margin = self.parameters.footprint_margin
+        alpha = self._limits.alpha_max
         return self.parameters.weight * departure_time(
-            field, self._edges, self._outline, x, y, heading, margin
+            field, self._edges, self._outline, x, y, heading, margin, alpha
         )
+
+    def _standing_starts(
+        self,
+        ring: Ring,
+        object_xy: Array,
+        next_xy: Array,
+        region: ReachRegion | None,
+        leg2: Array,
+    ) -> Array:
+        """(m,) what setting out from rest costs at each candidate beside driving through [s]."""
+
+        def build() -> Array:
+            field = self._next_field(next_xy, region)
+            if field is None:
+                return np.zeros(len(leg2))
+            margin, alpha = self.parameters.footprint_margin, self._limits.alpha_max
+            times: Array = departure_times(
+                field, self._edges, self._outline, ring.poses, margin, alpha
+            )
+            return np.maximum(np.where(np.isfinite(leg2), times - leg2, 0.0), 0.0)
+
+        key = (*object_xy[:2].tolist(), *next_xy[:2].tolist(), *_region_key(region))
+        return _kept(self._starts, key, build)
 
     def _next_field(self, next_xy: Array, region: ReachRegion | None) -> GoalField | None:
         """Field of the next target; None if no pose about it is free."""
@@ -308,14 +320,9 @@ class BasePlacement:
         """Obstacles that a place lies in or on the edge of."""
         x, y = float(target_xy[0]), float(target_xy[1])
         obstacles = self.planner.world.obstacles
-        return [index for index, points in enumerate(obstacles) if _encloses(points, x, y)]
-
-
-def _encloses(polygon: Array, x: float, y: float) -> bool:
-    from shapely import intersects_xy
-    from shapely.geometry import Polygon
-
-    return bool(intersects_xy(Polygon(polygon), x, y))
+        return [
+            index for index, points in enumerate(obstacles) if intersects_xy(Polygon(points), x, y)
+        ]
 
 
 def _region_key(region: ReachRegion | None) -> Key:
@@ -324,7 +331,7 @@ def _region_key(region: ReachRegion | None) -> Key:
     return (*region.arm_xy.tolist(), region.radius, region.bearing)
 
 
-def _kept(store: OrderedDict, key: Key, build: Callable):
+def _kept(store: OrderedDict[Key, Kept], key: Key, build: Callable[[], Kept]) -> Kept:
     """The stored value of a key, built when it is not there; the oldest ones are dropped."""
     if key not in store:
         store[key] = build()

@@ -10,10 +10,9 @@ from typing import TypeAlias
 import numpy as np
 
 from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
-from motm_wbc.basenav.goal_field import GoalField, enter, first_move
-from motm_wbc.basenav.graph import chain_turn
+from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
-from motm_wbc.basenav.search import first_from
+from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
 from motm_wbc.basenav.world import Inflated, World
@@ -130,23 +129,15 @@ class GlobalPlanner:
             goal: the same.
         """
         field, routes = self._solved(goal)
-        place = np.empty(2)
-        start_push = enter(field, start[0], start[1], start[2], place)
-        time, gear, goal_index, chain = first_move(field, place[0], place[1], start[2])
-        if math.isinf(time):
+        inner, gear, start_push = trace(
+            field, routes, self.inflated.graph, start[0], start[1], start[2]
+        )
+        if len(inner) == 0:
             return None
-        points = [place]
-        if goal_index < 0:
-            points += self._corners_on(field, routes, place, gear, chain)
-        points.append(field.goals[0, :2])
-        return self._as_path(points, start, goal, gear == BACKWARD, start_push)
-
-    def _as_path(
-        self, points: list[Array], start: Array, goal: Array, backward: bool, start_push: float
-    ) -> Path:
-        inner = _distinct(points)
+        inner = _distinct(inner)
+        backward = gear == BACKWARD
         time = path_time(inner, _heading(start), _heading(goal), self.speeds, backward)
-        goal_push = float(math.dist(goal[:2], points[-1]))
+        goal_push = float(math.dist(goal[:2], field.goals[0, :2]))
         whole = [inner]
         if start_push > 0.0:
             whole.insert(0, start[None, :2])
@@ -169,27 +160,6 @@ class GlobalPlanner:
         if push_out(self.inflated.walls, pose[0], pose[1], point) <= TOUCH:
             return False
         return bool(push_out(self.world.inflated(0.0).walls, pose[0], pose[1], point) > TOUCH)
-
-    def _corners_on(
-        self, field: GoalField, routes: GoalRoutes, place: Array, gear: int, chain: int
-    ) -> list[Array]:
-        """Corners of the path from `place` by the tangent to a chain, up to the goal."""
-        graph = self.inflated.graph
-        corners = field.walls.corners
-        corner = corners[chain // 2, :2]
-        visited = [corner]
-        angle = math.atan2(corner[1] - place[1], corner[0] - place[0])
-        turn = chain_turn(field.walls.corners, chain // 2, chain % 2, angle)
-        end = int(field.chain_start[chain + 1])
-        nearest = first_from(field.exit_turn, int(field.chain_start[chain]), end, turn)
-        state = int(routes.leads_to[routes.best[nearest, gear]])
-        while state >= 0:
-            after = int(routes.successor[state, gear])
-            if after == graph.partner[state] and graph.leaves[state]:
-                chain = int(np.searchsorted(graph.chain_start, after, side="right")) - 1
-                visited.append(corners[chain // 2, :2])
-            state = after
-        return visited
 
     def _solved(self, goal: Array) -> tuple[GoalField, GoalRoutes]:
         key = tuple(goal.tolist())
@@ -242,10 +212,8 @@ def _text(pose: Array) -> str:
     return f"({pose[0]:g}, {pose[1]:g})"
 
 
-def _distinct(points: list[Array]) -> Array:
+def _distinct(points: Array) -> Array:
     """Points without those that repeat the one before."""
-    kept = [points[0]]
-    for point in points[1:]:
-        if math.hypot(*(point - kept[-1])) > TOUCH:
-            kept.append(point)
-    return np.array(kept)
+    steps = np.diff(points, axis=0)
+    moved = np.hypot(steps[:, 0], steps[:, 1]) > TOUCH
+    return np.asarray(points[np.concatenate([[True], moved])])

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import Outline, grown_corners, squared_distance
 from motm_wbc.basenav.jit import kernel
@@ -51,7 +52,7 @@ class Rings(NamedTuple):
     """
 
     points: Array
-    starts: Array
+    starts: NDArray[np.int64]
     outside: int
 
 
@@ -112,10 +113,10 @@ def _occupied(rings: Rings, column0: int, row0: int, count: int, cell: float) ->
         for i in range(first, last):
             x1, y1 = rings.points[i]
             x2, y2 = rings.points[i + 1 if i + 1 < last else first]
-            low = max(int(math.floor((min(y1, y2) - touch) / cell)) - row0, 0)
-            high = min(int(math.floor((max(y1, y2) + touch) / cell)) - row0, count - 1)
-            left = max(int(math.floor((min(x1, x2) - touch) / cell)) - column0, 0)
-            right = min(int(math.floor((max(x1, x2) + touch) / cell)) - column0, count - 1)
+            low = max(math.floor((min(y1, y2) - touch) / cell) - row0, 0)
+            high = min(math.floor((max(y1, y2) + touch) / cell) - row0, count - 1)
+            left = max(math.floor((min(x1, x2) - touch) / cell) - column0, 0)
+            right = min(math.floor((max(x1, x2) + touch) / cell) - column0, count - 1)
             for row in range(low, high + 1):
                 py = (row0 + row + 0.5) * cell
                 for column in range(left, right + 1):
@@ -126,7 +127,7 @@ def _occupied(rings: Rings, column0: int, row0: int, count: int, cell: float) ->
                     continue
                 crossing = x1 + (py - y1) / (y2 - y1) * (x2 - x1)
                 sign = 1 if y2 > y1 else -1
-                end = min(int(math.ceil(crossing / cell - 0.5)) - column0, count)
+                end = min(math.ceil(crossing / cell - 0.5) - column0, count)
                 for column in range(end):
                     winding[row, column] += sign
     for row in range(count):
@@ -187,8 +188,8 @@ def largest_under(
     so only that is sampled. Beyond the grid nothing is known, and 0 is returned.
     """
     rows, columns = grid.values.shape
-    column = int(math.floor((x - grid.x0) / grid.cell))
-    row = int(math.floor((y - grid.y0) / grid.cell))
+    column = math.floor((x - grid.x0) / grid.cell)
+    row = math.floor((y - grid.y0) / grid.cell)
     if column < 0 or row < 0 or column >= columns or row >= rows:
         return 0.0
     if grid.around[row, column] == 0.0:
@@ -197,8 +198,8 @@ def largest_under(
     for i in range(samples.shape[0]):
         px = x + c * samples[i, 0] - s * samples[i, 1]
         py = y + s * samples[i, 0] + c * samples[i, 1]
-        column = int(math.floor((px - grid.x0) / grid.cell))
-        row = int(math.floor((py - grid.y0) / grid.cell))
+        column = math.floor((px - grid.x0) / grid.cell)
+        row = math.floor((py - grid.y0) / grid.cell)
         if 0 <= column < columns and 0 <= row < rows:
             largest = max(largest, grid.values[row, column])
     return largest

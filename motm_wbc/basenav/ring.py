@@ -149,13 +149,13 @@ def times_from(field: GoalField, fans: Fans, poses: Array) -> Array:
     gx, gy, toward, extra = field.goals[0]
     for k in range(fans.places.shape[0]):
         x, y = fans.places[k, 0], fans.places[k, 1]
-        added = extra + fans.places[k, 2] / speeds.forward
+        added = fans.places[k, 2] / speeds.forward
         if line_of_sight(field.walls, x, y, gx, gy):
             for i in range(2 * k, 2 * k + 2):
                 heading = poses[i, 2] + math.pi
                 for gear in range(gears):
                     time = direct_time(gx - x, gy - y, heading, toward, speeds, gear)
-                    times[i] = min(times[i], time + added)
+                    times[i] = min(times[i], time + added + extra)
             continue
         for t in range(fans.start[k], fans.start[k + 1]):
             angle, length, turn = fans.values[t, 0], fans.values[t, 1], fans.values[t, 2]

@@ -96,6 +96,24 @@ def _seed(
 
 
 @kernel
+def _predecessor(
+    graph: TangentGraph, chain_of: Indices, state: int, move: int, speed: float, turning: float
+) -> tuple[int, float]:
+    """The state that comes before by a move, -1 if none does, and the move's time [s]."""
+    if move == 0:  # driven here from the other end of the tangent
+        if graph.leaves[state] == 1:
+            return -1, 0.0
+        return graph.partner[state], graph.length[state] / speed
+    before = state - 1 if move == 1 else state + 1  # turned on to here, or back by rounding
+    if before < 0 or before >= chain_of.size or chain_of[before] != chain_of[state]:
+        return -1, 0.0
+    turned = abs(graph.turn[state] - graph.turn[before])
+    if move == 2 and turned > SAME_TURN:
+        return -1, 0.0
+    return before, turned / turning
+
+
+@kernel
 def remaining_times(
     graph: TangentGraph,
     goal_start: Indices,
@@ -137,22 +155,8 @@ def remaining_times(
         if reached > cost[state]:
             continue
         for move in range(3):
-            before, step = -1, 0.0
-            if move == 0 and graph.leaves[state] == 0:  # driven here from the other end
-                before, step = graph.partner[state], graph.length[state] / speed
-            elif move == 1 and state > 0:  # turned on to here
-                before = state - 1
-            elif move == 2 and state + 1 < count:  # turned back to here, by rounding only
-                before = state + 1
-                if graph.turn[before] - graph.turn[state] > SAME_TURN:
-                    before = -1
-            if before < 0:
-                continue
-            if move > 0:
-                if chain_of[before] != chain_of[state]:
-                    continue
-                step = abs(graph.turn[state] - graph.turn[before]) / turning
-            if reached + step < cost[before]:
+            before, step = _predecessor(graph, chain_of, state, move, speed, turning)
+            if before >= 0 and reached + step < cost[before]:
                 cost[before] = reached + step
                 successor[before] = state
                 size = _push(keys, items, size, cost[before], before)

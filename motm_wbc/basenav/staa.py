@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import edge_map, grown_corners, outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
@@ -28,6 +26,7 @@ from motm_wbc.basenav.staa_kernel import actions_to, advance, start
 from motm_wbc.basenav.staa_motion import braking_rates, drive_of, stopping_duration, stopping_span
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import Effort, Goal, StaaPlan
+from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
 from motm_wbc.basenav.staa_search import (
     BEST,
     CHILDREN,
@@ -41,34 +40,19 @@ from motm_wbc.basenav.staa_search import (
 )
 from motm_wbc.basenav.window import local_target
 from motm_wbc.basenav.world import World
-from motm_wbc.errors import InputError, NoPath
-from motm_wbc.geometry import polygons, se2
+from motm_wbc.errors import NoPath
+from motm_wbc.geometry import se2
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
+__all__ = ["Goal", "StaaPlan", "StaaStar"]
+
+_AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
 _CHUNK = 50  # expansions between two looks at the clock
 _GRID_STEP = 2.0  # [m] by which the proximity grid is moved
 _ARC_SPACING = 0.03  # [m] between reported poses of a braking arc
 _NO_ACTIONS = np.zeros((0, 5))
-_NOWHERE = Keep(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class _Root:
-    """The state that is planned from, and its first actions (see `first_actions`)."""
-
-    pose: Array
-    v: float
-    omega: float
-    table: Array
-    admissible: NDArray[np.bool_]
-    rests: Array
-
-    @property
-    def brake(self) -> int:
-        """Index of the brake."""
-        return len(self.table) - 1
 
 
 class StaaStar:
@@ -101,7 +85,7 @@ class StaaStar:
         Raises:
             InputError: the footprint or a limit can't be used.
         """
-        _check(footprint, limits)
+        check_inputs(footprint, limits)
         p = parameters
         self.world = world
         self.limits = limits
@@ -147,7 +131,7 @@ class StaaStar:
         """
         began = time.perf_counter()
         kept = self._what_is_left(previous, goal)
-        root, margin = self._root(pose, v, omega, _keep(keep_in, object_xy), kept[:1])
+        root, margin = self._root(pose, v, omega, keep_of(keep_in, object_xy), kept[:1])
         if margin < 0.0 or not np.isfinite(goal.pose).all():
             return self._brake(root, goal, emergency=True)
         try:
@@ -164,7 +148,7 @@ class StaaStar:
 
     def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
         """Come to rest on the present arc, as fast as the limits allow."""
-        root, margin = self._root(pose, v, omega, _NOWHERE, _NO_ACTIONS)
+        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS)
         return self._brake(root, None, emergency=margin < 0.0)
 
     def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
@@ -176,7 +160,7 @@ class StaaStar:
 
     def _root(
         self, pose: Array, v: float, omega: float, keep: Keep, extra: Array
-    ) -> tuple[_Root, float]:
+    ) -> tuple[Root, float]:
         """First actions, and the distance that can be kept; negative: the way is blocked."""
         p = self.parameters
         pose = np.array(pose, dtype=float)
@@ -184,8 +168,9 @@ class StaaStar:
         if not known:  # nothing can be said of such a state but that the base should stand
             pose, v, omega = np.nan_to_num(pose, posinf=0.0, neginf=0.0), 0.0, 0.0
         v, omega = self.limits.clip(float(v), float(omega))
+        v, omega = (0.0 if abs(speed) < _AT_REST else speed for speed in (v, omega))
         margin = margin_left(
-            self._drive, self._edges, self._outline, p.margin, _with_direction(pose), v, omega
+            self._drive, self._edges, self._outline, p.margin, with_direction(pose), v, omega
         )
         table, admissible, rests = first_actions(
             self._drive,
@@ -200,7 +185,7 @@ class StaaStar:
             omega,
             extra,
         )
-        return _Root(pose, v, omega, table, admissible, rests), margin if known else -1.0
+        return Root(pose, v, omega, table, admissible, rests), margin if known else -1.0
 
     def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
         p = self.parameters
@@ -218,7 +203,7 @@ class StaaStar:
             grid=self._grid_about(pose),
             samples=self._samples,
             field=field,
-            start=np.array(_with_direction(pose)),
+            start=np.array(with_direction(pose)),
             goal=target,
             stop=stop,
             goal_distance=p.goal_distance,
@@ -247,7 +232,7 @@ class StaaStar:
         return self._grid
 
     def _best_plan(
-        self, problem: Problem, root: _Root, goal: Goal, kept: Array, began: float
+        self, problem: Problem, root: Root, goal: Goal, kept: Array, began: float
     ) -> StaaPlan:
         """The better of a new plan and what is left of the previous one."""
         action, actions, effort = self._search(problem, root, began)
@@ -260,9 +245,7 @@ class StaaStar:
             return self._brake(root, goal, emergency=True, effort=effort)
         return self._answer(root, goal, action, actions, states, cost < math.inf, effort=effort)
 
-    def _search(
-        self, problem: Problem, root: _Root, began: float
-    ) -> tuple[int, Array, Effort]:
+    def _search(self, problem: Problem, root: Root, began: float) -> tuple[int, Array, Effort]:
         """Search until the goal, the number of expansions or the clock ends it.
 
         Returns:
@@ -285,18 +268,17 @@ class StaaStar:
             actions = self._with_braking(actions, *memory.nodes[leaf, V : OMEGA + 1])
         return int(memory.links[leaf, ROOT]), actions, effort
 
-    def _follow(self, problem: Problem, root: _Root, actions: Array) -> tuple[Array, float]:
-        return follow(
-            problem, root.pose[2], root.v, root.omega, actions, self.parameters.checks
-        )
+    def _follow(self, problem: Problem, root: Root, actions: Array) -> tuple[Array, float]:
+        return follow(problem, root.pose[2], root.v, root.omega, actions, self.parameters.checks)
 
-    def _docking_action(self, problem: Problem, root: _Root) -> int | None:
+    def _docking_action(self, problem: Problem, root: Root) -> int | None:
         """What to do if braking now would end at the goal: brake, or come nearer first.
 
         The step of the search is too coarse to stop at a point; here commands are compared
         by the error that is left when the base brakes after them. At rest it stays.
         """
-        error, duration = remaining_error(problem, 1.0, *root.pose, root.v, root.omega)
+        x, y, heading = (float(value) for value in root.pose)
+        error, duration = remaining_error(problem, 1.0, x, y, heading, root.v, root.omega)
         if math.isinf(error):
             return None
         best, least = root.brake, problem.docking * error + duration
@@ -304,7 +286,8 @@ class StaaStar:
             return best
         period = self._drive.period
         for index in np.flatnonzero(root.admissible[:-1]):
-            error, _ = remaining_error(problem, 1.0, *root.rests[index], 0.0, 0.0)
+            x, y, heading = (float(value) for value in root.rests[index])
+            error, _ = remaining_error(problem, 1.0, x, y, heading, 0.0, 0.0)
             a, alpha = root.table[index, ACCELERATION], root.table[index, ALPHA]
             after = stopping_duration(self._drive, root.v + a * period, root.omega + alpha * period)
             cost = problem.docking * error + period + after
@@ -312,7 +295,7 @@ class StaaStar:
                 best, least = int(index), cost
         return best
 
-    def _is_past(self, root: _Root, goal: Array) -> bool:
+    def _is_past(self, root: Root, goal: Array) -> bool:
         """Whether a goal to be driven through is within tolerance and no longer ahead."""
         p = self.parameters
         offset = goal[:2] - root.pose[:2]
@@ -323,20 +306,20 @@ class StaaStar:
         direction = np.array([math.cos(root.pose[2]), math.sin(root.pose[2])])
         return float(offset @ direction) * (1.0 if root.v >= 0.0 else -1.0) <= 0.0
 
-    def _holding_action(self, root: _Root) -> int:
+    def _holding_action(self, root: Root) -> int:
         """Keep the velocity, if that is safe: a goal driven through is no reason to slow."""
         p = self.parameters
         hold = (p.linear_actions // 2) * p.angular_actions + p.angular_actions // 2
         return hold if root.admissible[hold] else root.brake
 
     def _brake(
-        self, root: _Root, goal: Goal | None, emergency: bool, effort: Effort | None = None
+        self, root: Root, goal: Goal | None, emergency: bool, effort: Effort | None = None
     ) -> StaaPlan:
         return self._answer(root, goal, root.brake, emergency=emergency, effort=effort)
 
     def _answer(
         self,
-        root: _Root,
+        root: Root,
         goal: Goal | None,
         action: int,
         actions: Array | None = None,
@@ -351,7 +334,7 @@ class StaaStar:
         a = min(max(float(row[ACCELERATION]), -limits.a_max), limits.a_max)
         alpha = min(max(float(row[ALPHA]), -limits.alpha_max), limits.alpha_max)
         period = self._drive.period
-        x, y, c, s = executed(self._drive, _with_direction(root.pose), root.v, root.omega, a, alpha)
+        x, y, c, s = executed(self._drive, with_direction(root.pose), root.v, root.omega, a, alpha)
         v, omega = root.v + a * period, root.omega + alpha * period
         after = np.array([period, x, y, math.atan2(s, c), v, omega])
         braking = self._braking_states(after)
@@ -377,7 +360,9 @@ class StaaStar:
         if duration == 0.0:
             return actions
         rates = braking_rates(self._drive, v, omega)
-        return np.vstack([actions, [rates[0], 0.0, rates[1], 0.0, max(duration, self._drive.period)]])
+        return np.vstack(
+            [actions, [rates[0], 0.0, rates[1], 0.0, max(duration, self._drive.period)]]
+        )
 
     def _braking_states(self, state: Array) -> Array:
         """(b, 6) time, pose and velocity while the base brakes to rest on its circle."""
@@ -397,7 +382,7 @@ class StaaStar:
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
         pose = np.zeros(3)
-        root, _ = self._root(pose, 0.0, 0.0, _NOWHERE, _NO_ACTIONS)
+        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
         except NoPath:
@@ -405,42 +390,3 @@ class StaaStar:
         root.admissible[:] = True
         self._docking_action(problem, root)
         self._follow(problem, root, self._search(problem, root, time.perf_counter())[1])
-
-
-def _with_direction(pose: Array) -> tuple[float, float, float, float]:
-    """x, y, and cosine and sine of the heading."""
-    heading = float(pose[2])
-    return float(pose[0]), float(pose[1]), math.cos(heading), math.sin(heading)
-
-
-def _keep(region: ReachRegion | None, object_xy: Array | None) -> Keep:
-    if region is None or object_xy is None or not np.isfinite(object_xy).all():
-        return _NOWHERE
-    return Keep(
-        True,
-        float(region.arm_xy[0]),
-        float(region.arm_xy[1]),
-        float(region.radius),
-        float(region.bearing),
-        float(object_xy[0]),
-        float(object_xy[1]),
-    )
-
-
-def _check(footprint: Array, limits: BaseLimits) -> None:
-    """Refuse what can't be planned with."""
-    shape = np.asarray(footprint, dtype=float)
-    if shape.ndim != 2 or shape.shape[1] != 2 or len(shape) < 3 or not np.isfinite(shape).all():
-        raise InputError("must be a polygon of shape (n, 2), n >= 3, finite", "footprint")
-    corners = polygons.counter_clockwise(shape)
-    sides = np.roll(corners, -1, axis=0) - corners
-    after = np.roll(sides, -1, axis=0)
-    bends = sides[:, 0] * after[:, 1] - sides[:, 1] * after[:, 0]
-    if (bends < -1e-9).any() or polygons.signed_area(corners) < 1e-6:
-        raise InputError("must be convex and have an area", "footprint")
-    for name in ("v_max", "omega_max", "a_max", "alpha_max"):
-        value = getattr(limits, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"must be a finite number > 0, got {value}", name)
-    if not (math.isfinite(limits.v_reverse) and limits.v_reverse >= 0.0):
-        raise InputError(f"must be a finite number >= 0, got {limits.v_reverse}", "v_reverse")

@@ -29,6 +29,7 @@ from motm_wbc.geometry.arrays import Array
 RATE_V, TARGET_V, RATE_OMEGA, TARGET_OMEGA, ACCELERATION, ALPHA = range(6)
 """Columns of the table of first actions."""
 
+_INSET = 0.005  # [m] and [rad] that poses at rest keep from the region's rim: plants differ
 _FINEST = 0.01  # [m] least distance between checked poses
 _HALVINGS = 12
 
@@ -56,13 +57,14 @@ class Keep(NamedTuple):
 
 
 @kernel
-def in_reach(keep: Keep, x: float, y: float, c: float, s: float) -> bool:
-    """Whether the object is in the arm's range with the base at this pose."""
+def in_reach(keep: Keep, inset: float, x: float, y: float, c: float, s: float) -> bool:
+    """Whether the object is in the arm's range, less `inset` [m and rad], at this pose."""
+    radius = keep.radius - inset
     dx = keep.object_x - (x + c * keep.arm_x - s * keep.arm_y)
     dy = keep.object_y - (y + s * keep.arm_x + c * keep.arm_y)
-    if dx * dx + dy * dy > keep.radius * keep.radius:
+    if dx * dx + dy * dy > radius * radius:
         return False
-    return abs(math.atan2(c * dy - s * dx, c * dx + s * dy)) <= keep.bearing
+    return abs(math.atan2(c * dy - s * dx, c * dx + s * dy)) <= keep.bearing - inset
 
 
 @kernel
@@ -87,7 +89,7 @@ def arc_is_clear(
     """Whether the base can drive an arc from `pose` (x, y, cos, sin), its end included."""
     x, y, c, s = pose
     way = abs(distance) + abs(turn) * outline.radius
-    count = max(int(math.ceil(way / check_spacing(margin))), 1)
+    count = max(math.ceil(way / check_spacing(margin)), 1)
     for k in range(1, count + 1):
         share = k / count
         px, py, pc, ps = arc(x, y, c, s, share * distance, share * turn)
@@ -204,8 +206,8 @@ def first_actions(
         drive: limits and times.
         world: the obstacles.
         outline: the base's.
-        keep: where the base must be able to come to rest. It binds as soon as the base is
-            there and some action can keep it there.
+        keep: where the base must be able to come to rest. It binds while the base is there;
+            where no action can keep it there, the brake is left.
         linear: number of accelerations.
         angular: number of angular accelerations.
         margin: distance to be kept [m], what `margin_left` has found.
@@ -215,36 +217,59 @@ def first_actions(
         extra: (m, >= 4) further actions: rate and target of v and of omega.
 
     Returns:
-        (n, 6) actions: the grid, the further ones, the brake; (n,) admissible; (n, 3) poses at rest after the
-        command and braking.
+        (n, 6) actions: the grid, the further ones, the brake; (n,) admissible; (n, 3)
+        poses at rest after the command and braking.
     """
     count = linear * angular + extra.shape[0] + 1
     table = np.empty((count, 6))
     admissible = np.zeros(count, dtype=np.bool_)
     rests = np.empty((count, 3))
-    inside = np.zeros(count, dtype=np.bool_)
-    start = (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2]))
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    binds = keep.applies and in_reach(keep, 0.0, pose[0], pose[1], c, s)
     for index in range(count):
         row = first_action(drive, linear, angular, extra, index, v, omega)
         for column in range(6):
             table[index, column] = row[column]
         a, alpha = row[ACCELERATION], row[ALPHA]
-        end = executed(drive, start, v, omega, a, alpha)
-        v1, w1 = v + a * drive.period, omega + alpha * drive.period
-        span = stopping_span(drive, v1, w1)
-        x, y, c, s = arc(end[0], end[1], end[2], end[3], v1 * span, w1 * span)
-        turned = (0.5 * (omega + w1) * drive.period) + 0.5 * (w1 - omega) * drive.ramp
-        rests[index] = np.array([x, y, wrapped(pose[2] + turned + w1 * span)])
-        inside[index] = keep.applies and in_reach(keep, x, y, c, s)
-        # The brake stays on the arc that was found free when the margin was measured.
-        admissible[index] = index == count - 1 or (
-            _command_is_clear(drive, world, outline, margin, start, v, omega, a, alpha)
-            and arc_is_clear(world, outline, margin, end, v1 * span, w1 * span)
-        )
-    if keep.applies and in_reach(keep, start[0], start[1], start[2], start[3]):
-        if (admissible & inside).any():
-            admissible &= inside
+        is_brake = index == count - 1
+        free, rest = _outcome(drive, world, outline, margin, is_brake, pose, v, omega, a, alpha)
+        admissible[index] = free
+        for axis in range(3):
+            rests[index, axis] = rest[axis]
+        if binds and not is_brake:
+            c, s = math.cos(rest[2]), math.sin(rest[2])
+            admissible[index] = free and in_reach(keep, _INSET, rest[0], rest[1], c, s)
     return table, admissible, rests
+
+
+@kernel
+def _outcome(
+    drive: Drive,
+    world: EdgeMap,
+    outline: Outline,
+    margin: float,
+    is_brake: bool,
+    pose: Array,
+    v: float,
+    omega: float,
+    a: float,
+    alpha: float,
+) -> tuple[bool, tuple[float, float, float]]:
+    """Whether a command and braking after it are free of overlap; the pose at rest."""
+    begin = (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2]))
+    end = executed(drive, begin, v, omega, a, alpha)
+    v1, w1 = v + a * drive.period, omega + alpha * drive.period
+    span = stopping_span(drive, v1, w1)
+    x, y, _, _ = arc(end[0], end[1], end[2], end[3], v1 * span, w1 * span)
+    # The sum over the control steps, each of which turns at the rate that it ends with.
+    turned = 0.5 * (omega + w1) * drive.period + 0.5 * (w1 - omega) * drive.ramp
+    rest = (x, y, wrapped(pose[2] + turned + w1 * span))
+    # The brake stays on the arc that was found free when the margin was measured.
+    free = is_brake or (
+        _command_is_clear(drive, world, outline, margin, begin, v, omega, a, alpha)
+        and arc_is_clear(world, outline, margin, end, v1 * span, w1 * span)
+    )
+    return free, rest
 
 
 @kernel

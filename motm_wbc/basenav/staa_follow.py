@@ -18,7 +18,8 @@ from motm_wbc.geometry.arrays import Array
 DURATION = 4
 """Column of a plan's actions that follows rate and target of v and of omega."""
 
-_STILL = 1e-9  # [s] or [m/s]
+_STILL = 1e-9  # [s]
+_GOES_ON, _COLLISION, _PASSED = range(3)
 
 
 def remaining_actions(actions: Array, elapsed: float) -> Array:
@@ -48,57 +49,67 @@ def follow(
         (n, 6) time [s], x, y [m], heading [rad], v [m/s], omega [rad/s], up to the goal or
         to the first collision; the cost to the goal [s], infinite if it is not reached.
     """
-    spacing = problem.drive.step / checks
+    step = problem.drive.step
     most = 1
     for k in range(actions.shape[0]):
-        most += max(int(math.ceil(actions[k, DURATION] / spacing - _STILL)), 1)
+        most += _parts(actions[k, DURATION], step / checks)
     states = np.empty((most, 6))
-    x, y = problem.start[0], problem.start[1]
-    c, s = problem.start[2], problem.start[3]
-    states[0] = np.array([0.0, x, y, heading, v, omega])
-    count, time, cost = 1, 0.0, 0.0
+    states[0] = np.array([0.0, problem.start[0], problem.start[1], heading, v, omega])
+    count, cost = 1, 0.0
     for k in range(actions.shape[0]):
-        rate_v, target_v = actions[k, RATE_V], actions[k, TARGET_V]
-        rate_w, target_w = actions[k, RATE_OMEGA], actions[k, TARGET_OMEGA]
-        duration = actions[k, DURATION]
-        parts = max(int(math.ceil(duration / spacing - _STILL)), 1)
-        way = turned = 0.0
-        for part in range(1, parts + 1):
-            at = duration * part / parts
-            ways = travel(v, target_v, rate_v, at), travel(omega, target_w, rate_w, at)
-            px, py, before = x, y, heading
-            x, y, c, s = arc(x, y, c, s, ways[0] - way, ways[1] - turned)
-            heading += ways[1] - turned
-            way, turned = ways
-            if not is_clear(problem.world, problem.outline, x, y, c, s, problem.margin):
-                return states[:count], math.inf
-            states[count] = np.array(
-                [
-                    time + at,
-                    x,
-                    y,
-                    wrapped(heading),
-                    velocity_after(v, target_v, rate_v, at),
-                    velocity_after(omega, target_w, rate_w, at),
-                ]
-            )
-            count += 1
-            if problem.stop:
-                continue
-            share = passes_goal(problem, 1.0, px, py, before, x, y, heading)
-            if share >= 0.0:
-                last, first = states[count - 1], states[count - 2]
-                turn = wrapped(last[3] - first[3])
-                last[:] = first + share * (last - first)
-                last[3] = wrapped(first[3] + share * turn)
-                error, _ = remaining_error(problem, 1.0, last[1], last[2], last[3], 0.0, 0.0)
-                return states[:count], cost + last[0] + problem.weight * error
-        time += duration
-        v = velocity_after(v, target_v, rate_v, duration)
-        omega = velocity_after(omega, target_w, rate_w, duration)
-        near = largest_under(problem.grid, problem.samples, x, y, c, s)
-        cost += problem.proximity * near * duration / problem.drive.step
-    if problem.stop:
-        error, duration = remaining_error(problem, 1.0, x, y, heading, v, omega)
-        return states[:count], cost + time + duration + problem.docking * error
-    return states[:count], math.inf
+        count, outcome = _follow_action(problem, actions[k], step / checks, states, count)
+        last = states[count - 1]
+        if outcome == _COLLISION:
+            return states[:count], math.inf
+        if outcome == _PASSED:
+            error, _ = remaining_error(problem, 1.0, last[1], last[2], last[3], 0.0, 0.0)
+            return states[:count], cost + last[0] + problem.weight * error
+        c, s = math.cos(last[3]), math.sin(last[3])
+        near = largest_under(problem.grid, problem.samples, last[1], last[2], c, s)
+        cost += problem.proximity * near * actions[k, DURATION] / step
+    if not problem.stop:
+        return states[:count], math.inf
+    last = states[count - 1]
+    error, rest = remaining_error(problem, 1.0, last[1], last[2], last[3], last[4], last[5])
+    return states[:count], cost + last[0] + rest + problem.docking * error
+
+
+@kernel
+def _parts(duration: float, spacing: float) -> int:
+    return max(math.ceil(duration / spacing - _STILL), 1)
+
+
+@kernel
+def _follow_action(
+    problem: Problem, action: Array, spacing: float, states: Array, count: int
+) -> tuple[int, int]:
+    """Append the states along one action; their number and what came of it."""
+    time, x, y, heading, v, omega = states[count - 1]
+    c, s = math.cos(heading), math.sin(heading)
+    parts = _parts(action[DURATION], spacing)
+    way = turned = 0.0
+    for part in range(1, parts + 1):
+        at = action[DURATION] * part / parts
+        ways = travel(v, action[TARGET_V], action[RATE_V], at)
+        turns = travel(omega, action[TARGET_OMEGA], action[RATE_OMEGA], at)
+        px, py, before = x, y, heading
+        x, y, c, s = arc(x, y, c, s, ways - way, turns - turned)
+        heading += turns - turned
+        way, turned = ways, turns
+        if not is_clear(problem.world, problem.outline, x, y, c, s, problem.margin):
+            return count, _COLLISION
+        state = states[count]
+        count += 1
+        state[0], state[1], state[2], state[3] = time + at, x, y, wrapped(heading)
+        state[4] = velocity_after(v, action[TARGET_V], action[RATE_V], at)
+        state[5] = velocity_after(omega, action[TARGET_OMEGA], action[RATE_OMEGA], at)
+        if problem.stop:
+            continue
+        share = passes_goal(problem, 1.0, px, py, before, x, y, heading)
+        if share >= 0.0:
+            first = states[count - 2]
+            turn = wrapped(state[3] - first[3])
+            state[:] = first + share * (state - first)
+            state[3] = wrapped(first[3] + share * turn)
+            return count, _PASSED
+    return count, _GOES_ON

@@ -10,6 +10,8 @@ from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span, 
 from motm_wbc.basenav.staa_search import Problem
 
 _STILL = 1e-3  # [m] way below which a part of a step counts as turning on the spot
+_ABEAM = 0.02  # [m] the goal may be ahead of a base that turns on the spot
+_BEND = 0.25  # share of a way that the goal may lie before it: the base came round a bend
 
 
 @kernel
@@ -48,12 +50,15 @@ def passes_goal(
     reach = strictness * problem.goal_distance
     if ex * ex + ey * ey > 2.0 * (square + reach * reach):
         return -1.0
-    share = 1.0
     if square > _STILL * _STILL:
         share = (ex * dx + ey * dy) / square
-        if share >= 1.0:
+        if share >= 1.0 or share < -_BEND:
             return -1.0
         share = max(share, 0.0)
+    else:
+        share = 1.0
+        if abs(math.cos(heading) * ex + math.sin(heading) * ey) > _ABEAM:
+            return -1.0
     ex, ey = ex - share * dx, ey - share * dy
     if ex * ex + ey * ey > reach * reach:
         return -1.0

@@ -155,7 +155,9 @@ def start(
         if admissible[action]:
             row = table[action]
             _set_drive(memory, linear, v, row[TARGET_V], row[RATE_V], problem.drive.step)
-            _set_turn(memory, angular, omega, row[TARGET_OMEGA], row[RATE_OMEGA], problem.drive.step)
+            _set_turn(
+                memory, angular, omega, row[TARGET_OMEGA], row[RATE_OMEGA], problem.drive.step
+            )
             _add_child(problem, memory, 0, action, action, linear, angular)
     memory.counters[EXPANSIONS] = 1
 
@@ -185,9 +187,7 @@ def advance(problem: Problem, memory: Memory, until: int) -> bool:
             for j in range(angular):
                 if j != angular // 2 and memory.ends[1, j] == memory.ends[1, angular // 2]:
                     continue
-                _add_child(
-                    problem, memory, node, i * angular + j, memory.links[node, ROOT], i, j
-                )
+                _add_child(problem, memory, node, i * angular + j, memory.links[node, ROOT], i, j)
     return bool(counters[GOAL] >= 0 or counters[QUEUED] == 0)
 
 

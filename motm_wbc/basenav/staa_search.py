@@ -29,6 +29,7 @@ BEST_H, GOAL_COST = range(2)
 ALONG, ACROSS, TURN, COS, SIN = range(5)
 
 _OUTSIDE = -1  # no cell: beyond the window
+_SPREAD = 2654435761  # 2^32 over the golden ratio: neighbouring cells fall far apart
 _FREE = -1  # empty place of the hash table
 
 
@@ -201,10 +202,10 @@ def cell_of(problem: Problem, x: float, y: float, heading: float) -> int:
 def _place_of(closed: Indices, cell: int) -> int:
     """Place of the cell in the table, or the free one where it would go."""
     mask = closed.shape[0] - 1
-    place = (cell * 2654435761 >> 7) & mask
+    place = (cell * _SPREAD >> 7) & mask
     while closed[place] != _FREE and closed[place] != cell:
         place = (place + 1) & mask
-    return place
+    return int(place)
 
 
 @kernel

@@ -150,11 +150,13 @@ def _commanded(log: RunLog, dt: float) -> MotionTrace:
 
 
 def _measured(log: RunLog, dt: float) -> MotionTrace:
+    """The motion that was measured; a state shows what the command before it did."""
+    before = ["full", *log.rungs[:-1]]
     return MotionTrace(
         base=np.array([truth.base_velocity for truth in log.truths]),
         arm=np.array([truth.v for truth in log.truths]),
         q=np.array([truth.q for truth in log.truths]),
-        counted=np.array([rung == "full" for rung in log.rungs]),
+        counted=np.array([rung == "full" for rung in before]),
         dt=dt,
     )
 

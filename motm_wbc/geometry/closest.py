@@ -18,6 +18,7 @@ from motm_wbc.geometry.upright import UprightCylinders, UprightPrisms
 from motm_wbc.geometry.vectors import TINY, TOUCHING, across, dot
 
 _PARALLEL = 1e-12  # squared sine below which two segments count as parallel
+_STEEP = 1e300  # stands for a slope that there is not
 _NEWTON_STEPS = 60  # each at least halves the bracket; 4 are usual
 _NEWTON_TOLERANCE = 1e-8  # of the segment's length; the error left is its square
 
@@ -105,7 +106,7 @@ def segment_prism(a: Array, b: Array, prisms: UprightPrisms) -> ClosestPoints:
     t = bracket.secant()
     on_segment = a + t[:, None] * direction
     points = _separated(on_segment, _nearest_in_prism(on_segment, prisms))
-    overlapping = np.flatnonzero(points.distance < TOUCHING)
+    overlapping = np.nonzero(points.distance < TOUCHING)[0]
     if overlapping.size:
         ends = a[overlapping], b[overlapping]
         depth, outward = penetration.prism_depth(*ends, prisms.take(overlapping))
@@ -146,7 +147,7 @@ def segment_cylinder(a: Array, b: Array, cylinders: UprightCylinders) -> Closest
     on_other[:, :2] = on_segment[:, :2] - inward[:, None] * radial
     on_other[:, 2] = _clamp(on_segment[:, 2], faces[:, 0], faces[:, 1])
     points = _separated(on_segment, on_other)
-    overlapping = np.flatnonzero(points.distance < TOUCHING)
+    overlapping = np.nonzero(points.distance < TOUCHING)[0]
     if overlapping.size:
         ends = a[overlapping], b[overlapping]
         depth, outward = penetration.cylinder_depth(*ends, cylinders.take(overlapping))
@@ -162,7 +163,7 @@ class _Linear(NamedTuple):
 
 
 class _Bracket(NamedTuple):
-    """Where the slope changes its sign: (m,) parameters and slopes (<= 0, >= 0) there."""
+    """Where the slope changes its sign: (m,) parameters and slopes (<= 0, > 0) there."""
 
     low: Array
     high: Array
@@ -170,8 +171,8 @@ class _Bracket(NamedTuple):
     slope_high: Array
 
     def secant(self) -> Array:
-        """The zero of a slope that is linear inside; an end where it has no zero."""
-        share = -self.slope_low / (self.slope_high - self.slope_low + TINY)
+        """The zero of a slope that is linear inside."""
+        share = self.slope_low / (self.slope_low - self.slope_high)
         return np.asarray(self.low + share * (self.high - self.low))
 
 
@@ -198,24 +199,16 @@ def _breakpoints(numerator: Array, denominator: Array) -> Array:
 def _bracket(breaks: Array, slope: Array) -> _Bracket:
     """The last break with a falling slope and the first with a rising one.
 
-    The slope rises along the segment. Where it rises everywhere the minimum is at 0, where it
-    falls everywhere at 1.
+    The slope rises along the segment. Where it never falls or never rises, both ends of the
+    bracket are the end of the segment that has the minimum.
     """
     falling = slope <= 0.0
-    low = np.maximum.reduce(np.where(falling, breaks, 0.0), axis=1)
-    high = np.minimum.reduce(np.where(falling, 1.0, breaks), axis=1)
-    slope_low = np.maximum.reduce(np.where(falling, slope, -np.inf), axis=1)
-    slope_high = np.minimum.reduce(np.where(falling, np.inf, slope), axis=1)
-    never_falls, never_rises = slope_low == -np.inf, slope_high == np.inf
-    if never_falls.any():
-        low, high = np.where(never_falls, 0.0, low), np.where(never_falls, 0.0, high)
-        slope_low = np.where(never_falls, 0.0, slope_low)
-    if never_rises.any():
-        # flat at the start means the whole segment is as near as any of its points
-        end = np.where(slope[:, 0] < 0.0, 1.0, 0.0)
-        low, high = np.where(never_rises, end, low), np.where(never_rises, end, high)
-        slope_high = np.where(never_rises, 0.0, slope_high)
-    return _Bracket(low, high, slope_low, slope_high)
+    return _Bracket(
+        np.maximum.reduce(np.where(falling, breaks, 0.0), axis=1),
+        np.minimum.reduce(np.where(falling, 1.0, breaks), axis=1),
+        np.maximum.reduce(np.where(falling, slope, -_STEEP), axis=1),
+        np.minimum.reduce(np.where(falling, _STEEP, slope), axis=1),
+    )
 
 
 def _polygon_slope(t: Array, along: _Linear, above: _Linear, length: Array) -> Array:

@@ -24,6 +24,7 @@ from motm_wbc.qp import ToolTask
 from motm_wbc.scene.scenario import Scenario, Step
 
 _OPENING_SHARE = 0.25  # of the full way: fingers that closed on nothing stand this far off
+_MOVED = 0.01  # [m] by which a target has to move for the base to take notice
 _FREE = 0.0
 _FIXED = 1.0
 
@@ -84,6 +85,7 @@ class ArmLead:
         self.T_tool_held: Array | None = None
         self._held_width = 0.0
         self._last_placed: str | None = None
+        self._steady: dict[int, Array] = {}
         self._machine: PickMachine | PlaceMachine | None = self._new_machine()
 
     @property
@@ -97,6 +99,16 @@ class ArmLead:
         machine = self._machine
         released = isinstance(machine, PlaceMachine) and machine.released
         return self.step_index + (1 if released else 0)
+
+    @property
+    def first_attempt(self) -> float | None:
+        """When the present step's first attempt began [s]; None before it."""
+        return self._machine.first_attempt if isinstance(self._machine, PickMachine) else None
+
+    @property
+    def attempts_fail(self) -> bool:
+        """An attempt of the present step has failed."""
+        return isinstance(self._machine, PickMachine) and self._machine.failed
 
     @property
     def touchable(self) -> str | None:
@@ -126,6 +138,19 @@ class ArmLead:
         if step.at is not None:
             return np.array(step.at)
         return np.asarray(world.objects[step.object][:2, 3])
+
+    def steady_target_xy(self, index: int, world: WorldState) -> Array | None:
+        """`target_xy` for the base: it stays until the target has moved by a centimetre.
+
+        What navigation knows of a target is found once and kept; noise must not undo that.
+        """
+        target = self.target_xy(index, world)
+        if target is None:
+            return None
+        kept = self._steady.get(index)
+        if kept is None or math.dist(kept, target) > _MOVED:
+            self._steady[index] = target.copy()
+        return self._steady[index]
 
     def lead(
         self,

@@ -13,6 +13,9 @@ from motm_wbc.mission.arrival import Arrival, arrival_in_range
 from motm_wbc.mission.methods import BaseDecision, BaseMoment, Method
 
 
+_SAME_GOAL = 0.02  # [m] and [rad] that a goal may move with its object and still be the same
+
+
 class VelocityRamp:
     """Moves (v, omega) from where they are toward where a base step shall end."""
 
@@ -86,7 +89,8 @@ class BaseLead:
     def step(self, now: BaseMoment) -> BaseStep:
         """The base reference of this control step."""
         velocity = np.array([now.v, now.omega])
-        report, events = None, ()
+        report: BaseReport | None = None
+        events: tuple[Event, ...] = ()
         if self._count % self._divider == 0:
             self._decision, events = self._decide(now)
             self._ramp.start(velocity, self._decision.acceleration)
@@ -129,7 +133,15 @@ class BaseLead:
             prediction=plan,
             pass_poses=arc,
             report=BaseReport(
-                None, nothing, np.empty(0), np.empty(0), ("",), -1, np.empty((0, 2)), plan, arc
+                None,
+                nothing,
+                np.empty(0),
+                np.empty(0, dtype=np.int64),
+                ("",),
+                -1,
+                np.empty((0, 2)),
+                plan,
+                arc,
             ),
         )
 
@@ -147,4 +159,4 @@ class BaseLead:
 def _same(first: Array | None, second: Array | None) -> bool:
     if first is None or second is None:
         return first is second
-    return bool(np.allclose(first, second, rtol=0.0, atol=1e-9))
+    return bool(np.allclose(first, second, rtol=0.0, atol=_SAME_GOAL))

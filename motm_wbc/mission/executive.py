@@ -16,6 +16,7 @@ from motm_wbc.mission.base_lead import BaseLead, BaseStep
 from motm_wbc.mission.bodies import SceneBodies
 from motm_wbc.mission.methods import BaseMoment, Method
 from motm_wbc.mission.parameters import GraspParameters, MissionParameters, ReachParameters
+from motm_wbc.mission.patience import expected_wait
 from motm_wbc.mission.stages import Stage
 from motm_wbc.qp import (
     BaseTask,
@@ -79,6 +80,7 @@ class Executive:
         self._bodies = SceneBodies(scenario)
         self._posture = _posture(model)
         self._home = PostureTask(model.home, np.ones(model.n_arm))
+        self._attempt_time = parameters.grasp.typical_time
         self._base_command = np.zeros(model.n_base)
         self._arm_command = np.zeros(model.n_arm)
         self._rung = "full"
@@ -148,10 +150,22 @@ class Executive:
             v=v,
             omega=omega,
             step_index=index,
-            target=self._arm.target_xy(index, world),
-            next_target=self._arm.target_xy(index + 1, world),
+            target=self._arm.steady_target_xy(index, world),
+            next_target=self._arm.steady_target_xy(index + 1, world),
             pending=True,
+            wait=self._wait(state, world, index),
+            attempts_fail=self._arm.attempts_fail,
         )
+
+    def _wait(self, state: RobotState, world: WorldState, index: int) -> float:
+        """Expected time until the base is needed no longer for step `index` [s]."""
+        target = self._arm.target_xy(index, world)
+        if target is None:
+            return 0.0
+        reach = self._model.description.reach.grasp_range
+        arrival = self._base.arrival(target, reach)
+        until = 0.0 if arrival is None else arrival.time
+        return expected_wait(state.time, self._arm.first_attempt, until, self._attempt_time)
 
     def _inputs(self, reference: Array) -> Array:
         """(n_base,) base inputs of (v, omega): an omnidirectional base drives along its heading."""

@@ -71,6 +71,8 @@ class GraspParameters(Data):
     """Least time from the start of an attempt to the start of the next [s]."""
     patience: Time = 0.2
     """A closing gripper that feels nothing this long after its closing time opens again [s]."""
+    typical_time: Time = 0.8
+    """From coming into range to the end of a first attempt that holds, to plan by [s]."""
     lift: Distance = 0.05
     """The object is lifted straight up by this much before it is carried off [m]."""
     release_distance: Distance = 0.012

@@ -48,6 +48,8 @@ class PickMachine:
         self.name = name
         self.stage = Stage.TRAVEL
         self.attempts = 0
+        self.first_attempt: float | None = None
+        self.failed = False
         self._grasp_height = grasp_height
         self._yaws = yaws
         self._yaw_range = yaw_range
@@ -106,6 +108,8 @@ class PickMachine:
         self.stage = Stage.CLOSE
         self.attempts += 1
         self._attempt_start = now.time
+        if self.first_attempt is None:
+            self.first_attempt = now.time
         return (Event(now.time, "attempt", f"attempt {self.attempts} on {self.name}"),)
 
     def _judge(self, now: Moment) -> tuple[Event, ...]:
@@ -115,6 +119,7 @@ class PickMachine:
             return (Event(now.time, "grasped", f"{self.name} is held"),)
         if elapsed > self._closing_time + self._p.patience:
             self.stage = Stage.REOPEN
+            self.failed = True
             self._opening_since = now.time
             text = f"attempt {self.attempts} on {self.name} closed on nothing"
             return (Event(now.time, "missed", text, "warn"),)

@@ -24,7 +24,7 @@ def active_joints(
     found = []
     above = arm >= box.upper - _AT_BOUND
     below = arm <= box.lower + _AT_BOUND
-    for index in np.flatnonzero(above | below).tolist():
+    for index in np.nonzero(above | below)[0].tolist():
         kind = limits.binding(index, float(arm[index]), box, upper=bool(above[index]))
         found.append(f"{names[index]} {kind}")
     return found
@@ -33,7 +33,7 @@ def active_joints(
 def active_rows(x: Array, problem: QpProblem, row_name: Callable[[int], str]) -> list[str]:
     """Names of the pairs whose collision rows `x` is at."""
     room = problem.bound - problem.A @ x
-    return [row_name(slot) for slot in np.flatnonzero(room <= _AT_BOUND).tolist()]
+    return [row_name(slot) for slot in np.nonzero(room <= _AT_BOUND)[0].tolist()]
 
 
 def limits_summary(model: RobotModel, dt: float, parameters: WholeBodyParameters) -> str:

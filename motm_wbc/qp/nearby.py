@@ -77,81 +77,76 @@ class Neighbourhood:
     ) -> bool:
         """Take over the world. Returns whether pairs may have other numbers than before."""
         rebuilt = self.shapes.update(bodies, base_pose)
-        other_segments = not self.segments.matches(held)
-        if rebuilt or other_segments or target != self._target:
-            self._target = target
-            self._classify(RobotSegments(self._model, held) if other_segments else self.segments)
-            return True
-        return False
+        known = self.segments.regrip(held)
+        if known and not rebuilt and target == self._target:
+            return False
+        self._target = target
+        self._classify(self.segments if known else RobotSegments(self._model, held))
+        return True
 
     def find(self, configuration: Configuration) -> NearPairs:
         """All pairs within the reach of their dampers."""
         ends = self.segments.ends(configuration)
-        centres = 0.5 * (ends[:, 0] + ends[:, 1])
-        gaps = self.shapes.gaps(centres, self.segments.ball)
-        first, part = np.nonzero(gaps < self._scene.reach)
-        prism = self.shapes.is_prism(part)
-        flat, round_ones = np.flatnonzero(prism), np.flatnonzero(~prism)
+        a, b = ends[:, 0], ends[:, 1]
+        centres = 0.5 * (a + b)
+        close = self.shapes.gaps(centres, self.segments.ball) < self._reach
+        prisms = self.shapes.prism_count
+        flat, flat_part = np.nonzero(close[:, :prisms])
+        tall, tall_part = np.nonzero(close[:, prisms:])
         apart = centres[self._pairs[:, 0]] - centres[self._pairs[:, 1]]
-        near = (apart * apart).sum(axis=1) < self._pair_reach
-        pairs = np.flatnonzero(near)
-        groups = []
-        if flat.size:
-            i, s = first[flat], part[flat]
-            points = segment_prism(ends[i, 0], ends[i, 1], self.shapes.prisms.take(s))
-            groups.append((i, s, points, self._scene_entry(i, s)))
-        if round_ones.size:
-            i, s = first[round_ones], part[round_ones]
-            rows = self.shapes.cylinder_rows(s)
-            points = segment_cylinder(ends[i, 0], ends[i, 1], self.shapes.cylinders.take(rows))
-            groups.append((i, s, points, self._scene_entry(i, s)))
-        if pairs.size:
-            i, j = self._pairs[pairs].T
-            points = segment_segment(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1])
-            points.distance[:] -= self.segments.radius[j]
-            own = self._own
-            entry = np.stack((own.safe[pairs], own.rate[pairs], own.reach[pairs]))
-            groups.append((i, j + len(self.shapes.owner), points, entry))
+        pairs = self._pairs[np.add.reduce(apart * apart, axis=1) < self._pair_reach]
+        groups: list[tuple[IntArray, IntArray, ClosestPoints]] = []
+        if len(flat):
+            points = segment_prism(a[flat], b[flat], self.shapes.prisms.take(flat_part))
+            groups.append((flat, flat_part, points))
+        if len(tall):
+            points = segment_cylinder(a[tall], b[tall], self.shapes.cylinders.take(tall_part))
+            groups.append((tall, tall_part + prisms, points))
+        if len(pairs):
+            i, j = pairs[:, 0], pairs[:, 1]
+            groups.append((i, j + self._parts, segment_segment(a[i], b[i], a[j], b[j])))
         return self._within(groups)
 
     def name(self, first: int, second: int) -> str:
         """Names of the two bodies of a pair."""
-        parts = len(self.shapes.owner)
-        if second >= parts:
-            other = self.segments.names[second - parts]
+        if second >= self._parts:
+            other = self.segments.names[second - self._parts]
         else:
             owner = int(self.shapes.owner[second])
             other = "base" if owner == BASE else self.shapes.bodies[owner].name
         return f"{self.segments.names[first]} - {other}"
 
     def _classify(self, segments: RobotSegments) -> None:
+        """Look up once what holds for each pair that there can be."""
         self.segments = segments
         model, parameters = self._model, self._parameters
-        self._scene = scene_dampers(
+        scene = scene_dampers(
             segments, self.shapes.owner, self.shapes.bodies, self._target, model, parameters
         )
         self._pairs = self_pairs(segments, model)
-        own = [parameters.pairs.self_collision] * len(self._pairs)
-        self._own = Dampers.of(own, model, parameters)
+        own = Dampers.of([parameters.pairs.self_collision], model, parameters)
+        self._parts, count = len(self.shapes.owner), len(segments)
+        table = np.empty((3, count, self._parts + count))
+        table[:, :, : self._parts] = scene.safe, scene.rate, scene.reach
+        table[:, :, self._parts :] = np.array([own.safe, own.rate, own.reach])[:, :, None]
+        self._table, self._reach = table, scene.reach
+        # what lies between the segments' cores and the surfaces of both bodies
+        self._skin = np.zeros((count, self._parts + count))
+        self._skin += segments.radius[:, None]
+        self._skin[:, self._parts :] += segments.radius
         balls = segments.ball[self._pairs].sum(axis=1)
-        self._pair_reach = (balls + self._own.reach) ** 2
+        self._pair_reach = (balls + float(own.reach[0])) ** 2
 
-    def _scene_entry(self, first: IntArray, part: IntArray) -> Array:
-        scene = self._scene
-        return np.stack(
-            (scene.safe[first, part], scene.rate[first, part], scene.reach[first, part])
-        )
-
-    def _within(self, groups: list[tuple[IntArray, IntArray, ClosestPoints, Array]]) -> NearPairs:
+    def _within(self, groups: list[tuple[IntArray, IntArray, ClosestPoints]]) -> NearPairs:
         """The pairs of all groups that are near by their exact distance, too."""
         if not groups:
             return _NOTHING
         first = np.concatenate([group[0] for group in groups])
         second = np.concatenate([group[1] for group in groups])
         distance = np.concatenate([group[2].distance for group in groups])
-        distance -= self.segments.radius[first]
-        entries = np.concatenate([group[3] for group in groups], axis=1)
-        keep = np.flatnonzero(distance < entries[2])
+        distance -= self._skin[first, second]
+        entries = self._table[:, first, second]
+        keep = np.nonzero(distance < entries[2])[0]
         normal = np.concatenate([group[2].normal for group in groups])[keep]
         point = np.concatenate([group[2].on_segment for group in groups])[keep]
         entries = entries[:, keep]

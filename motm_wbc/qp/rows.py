@@ -87,6 +87,7 @@ class RowBuilder:
         parts = np.zeros((len(shapes.owner), self._inputs))
         parts[0, : self._n_base] = 1.0
         self._moves_other = np.concatenate((parts, segments.moved_by))
+        self._parts = len(shapes.owner)
         self._on_base = segments.moved_by[:, self._n_base :].sum(axis=1) < _FREE_JOINTS
         self._is_held = np.array([part is Part.HELD for part in segments.parts])
 
@@ -106,18 +107,19 @@ class RowBuilder:
             return CollisionRows(A, bound, ends[0], ends[1], np.inf, None)
         room = near.distance - near.dampers.safe
         allowed = np.maximum(near.dampers.rate * room, -self._retreat)
-        chosen = self._nearest(near, allowed)
+        fixed = self._on_base[near.first] & (near.second < self._parts)
+        chosen = self._nearest(near, self._ranked(allowed, room, fixed))
         first, second = near.first[chosen], near.second[chosen]
         slots = self._assign(first * len(self._moves_other) + second)
         normal, point = near.normal[chosen], near.point[chosen]
         rates = self._jacobian_rows(configuration, normal, point, first, second)
-        allowed = allowed[chosen]
-        stuck = np.flatnonzero(self._on_base[first])
+        limit = allowed[chosen] + self._speed_of_other(normal, point, second)
+        stuck = np.nonzero(fixed[chosen])[0]
         if stuck.size:
-            closing = rates[stuck, : self._n_base] @ lead
-            allowed[stuck] = self._base_stops(closing, room[chosen][stuck], lead)
-        A[slots] = rates
-        bound[slots] = allowed + self._speed_of_other(normal, point, second)
+            stops = self._base_stops(rates[stuck], room[chosen][stuck], lead)
+            stops += limit[stuck] - allowed[chosen][stuck]
+            limit[stuck] = np.maximum(stops, 0.0)  # it stops; to flee is navigation's business
+        A[slots], bound[slots] = rates, limit
         ends[0, slots], ends[1, slots] = first, second
         least = int(near.distance.argmin())
         closest = int(near.first[least]), int(near.second[least])
@@ -143,14 +145,24 @@ class RowBuilder:
             keep[index] = spent[other] <= self._held_rows
         return keep
 
-    def _base_stops(self, closing: Array, room: Array, lead: Array) -> Array:
+    def _ranked(self, allowed: Array, room: Array, fixed: BoolArray) -> Array:
+        """(m,) speeds that pairs are ranked by: for those `fixed` to the base its brakes count."""
+        if not fixed.any():
+            return allowed
+        brakes = float(self._base_change[0]) / self._dt
+        return np.where(fixed, np.minimum(allowed, stopping_speed(room, brakes, self._dt)), allowed)
+
+    def _base_stops(self, rates: Array, room: Array, lead: Array) -> Array:
         """(m,) speeds from which the base, braking on its arc, stops within `room` (m,) [m].
 
         Braking shrinks all inputs as one, so the closing speed falls as evenly as they do.
         """
+        J = rates[:, : self._n_base]
+        closing = J @ lead
         steps = max(float(np.max(np.abs(lead) / self._base_change)), 1.0)
-        deceleration = _BRAKES * np.maximum(closing, _SLOW) / (steps * self._dt)
-        return stopping_speed(room, deceleration, self._dt)
+        at_rest = np.abs(J) @ self._base_change  # nothing closes in: all that the brakes have
+        deceleration = np.where(closing > _SLOW, closing / steps, at_rest + _SLOW) / self._dt
+        return stopping_speed(room, _BRAKES * deceleration, self._dt)
 
     def _assign(self, numbers: IntArray) -> list[int]:
         """Slots of the pairs with these numbers: the old ones where they had one."""

@@ -35,7 +35,8 @@ class RobotSegments:
         local = model.capsule_ends
         if held is not None:
             ends, radius = box_segments(held.size)
-            self._held_in_tool = ends @ held.T_tool_held[:3, :3].T + held.T_tool_held[:3, 3]
+            self._held_ends = ends
+            self._held_in_tool = _placed(ends, held.T_tool_held)
             self.names += (held.name,) * len(ends)
             self.parts += (Part.HELD,) * len(ends)
             self.radius = np.concatenate((self.radius, radius))
@@ -49,30 +50,43 @@ class RobotSegments:
     def __len__(self) -> int:
         return len(self.names)
 
-    def matches(self, held: HeldObject | None) -> bool:
-        """Whether these segments are right for what is held now."""
+    def regrip(self, held: HeldObject | None) -> bool:
+        """Take over where the held object is now; False if it is another one, or other rules.
+
+        Args:
+            held: what is held now.
+        """
         mine = self.held
         if held is mine:
             return True
-        return (
-            held is not None
-            and mine is not None
-            and held.name == mine.name
-            and held.contact_allowed == mine.contact_allowed
-            and np.array_equal(held.size, mine.size)
-            and np.array_equal(held.T_tool_held, mine.T_tool_held)
-        )
+        if held is None or mine is None or not _same_kind(held, mine):
+            return False
+        self.held = held
+        self._held_in_tool = _placed(self._held_ends, held.T_tool_held)
+        return True
 
     def ends(self, configuration: Configuration) -> Array:
         """(k, 2, 3) ends of the segments in the world [m]."""
         segments = configuration.capsule_segments()
         if self.held is None:
             return segments
-        T = configuration.T_world_tool
-        held = self._held_in_tool @ T[:3, :3].T + T[:3, 3]
-        return np.concatenate((segments, held))
+        return np.concatenate((segments, _placed(self._held_in_tool, configuration.T_world_tool)))
 
 
 def count_inputs(model: RobotModel) -> int:
     """Number of inputs: the base's and the arm's."""
     return model.n_base + model.n_arm
+
+
+def _placed(ends: Array, T: Array) -> Array:
+    """Segments' ends (k, 2, 3), given in the frame of T (4, 4), in its parent."""
+    return np.asarray(ends @ T[:3, :3].T + T[:3, 3])
+
+
+def _same_kind(first: HeldObject, second: HeldObject) -> bool:
+    """Whether two held objects differ at most in where the tool holds them."""
+    return (
+        first.name == second.name
+        and first.contact_allowed == second.contact_allowed
+        and np.array_equal(first.size, second.size)
+    )

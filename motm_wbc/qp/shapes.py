@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
+from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.upright import UprightCylinders, UprightPrisms
 from motm_wbc.qp.bodies import Body
 
@@ -20,6 +20,7 @@ class SceneShapes:
     Attributes:
         bodies: the bodies as last given.
         owner: (s,) index of the body that each part belongs to, `BASE` for the base.
+        prism_count: how many of the parts are prisms.
         prisms: the prisms in the world.
         cylinders: the cylinders in the world.
         velocity: (s, 3) velocity of each part's body [m/s, m/s, rad/s].
@@ -38,8 +39,8 @@ class SceneShapes:
 
     @property
     def finite(self) -> bool:
-        """Whether all poses and velocities are numbers."""
-        return bool(np.isfinite(self._poses).all() and np.isfinite(self.velocity).all())
+        """Whether all places and velocities are numbers."""
+        return self._finite
 
     def update(self, bodies: Sequence[Body], base_pose: Array) -> bool:
         """Take over where the bodies and the base are.
@@ -73,24 +74,17 @@ class SceneShapes:
         squared = beyond[:, :, 0] ** 2 + beyond[:, :, 1] ** 2 + beyond[:, :, 2] ** 2
         return np.asarray(np.sqrt(squared) - radii[:, None])
 
-    def is_prism(self, parts: IntArray) -> BoolArray:
-        """Which of the parts are prisms; the others are cylinders."""
-        return np.asarray(parts < self._count)
-
-    def cylinder_rows(self, parts: IntArray) -> IntArray:
-        """Rows of `cylinders` for parts that are cylinders."""
-        return np.asarray(parts - self._count)
-
     def _build(self, bodies: tuple[Body, ...]) -> None:
         outlines, owner = [self._footprint], [BASE]
         for index, body in enumerate(bodies):
             outlines += body.outlines
             owner += [index] * len(body.outlines)
         round_ones = [index for index, body in enumerate(bodies) if body.radius is not None]
-        self._count = len(outlines)
+        self.prism_count = len(outlines)
         self.owner = np.array([*owner, *round_ones])
         local = UprightPrisms.stack(outlines, np.zeros((len(outlines), 2)))
-        self._local = local.edges
+        # corner, direction and normal of each edge, one vector a row
+        self._local = np.ascontiguousarray(local.edges[:, :, :6]).reshape(len(outlines), -1, 2)
         self.prisms = UprightPrisms(local.edges.copy(), local.faces)
         discs = np.zeros((len(round_ones), 3))
         discs[:, 2] = [bodies[index].radius or 0.0 for index in round_ones]
@@ -108,23 +102,27 @@ class SceneShapes:
             body = self.bodies[index]
             self._poses[part] = body.pose
             self.velocity[part] = body.velocity
-            if part < self._count:
+            if part < self.prism_count:
                 self.prisms.faces[part] = body.bottom, body.top
             else:
-                self.cylinders.faces[part - self._count] = body.bottom, body.top
+                self.cylinders.faces[part - self.prism_count] = body.bottom, body.top
         self.centre = self._poses[:, :2]
+        places = self._poses[1:], self.velocity, self.prisms.faces, self.cylinders.faces
+        self._finite = all(bool(np.isfinite(values).all()) for values in places)
 
     def _place(self, rows: slice) -> None:
         """Put the parts of `rows` where their bodies are; all, or the base alone."""
-        local, world = self._local[rows], self.prisms.edges[rows]
-        pose = self._poses[: self._count][rows]
-        c, s = np.cos(pose[:, 2:]), np.sin(pose[:, 2:])
-        for column in (0, 2, 4):  # corner, direction, normal
-            x, y = local[:, :, column], local[:, :, column + 1]
-            world[:, :, column], world[:, :, column + 1] = c * x - s * y, s * x + c * y
+        world = self.prisms.edges[rows]
+        pose = self._poses[: self.prism_count][rows]
+        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+        turn = np.array([[c, s], [-s, c]]).transpose(2, 0, 1)  # for vectors in rows
+        world[:, :, :6] = (self._local[rows] @ turn).reshape(len(world), -1, 6)
         world[:, :, :2] += pose[:, None, :2]
         low, high = world[:, :, :2].min(axis=1), world[:, :, :2].max(axis=1)
-        centre, half = self._box_centre[: self._count][rows], self._box_half[: self._count][rows]
+        centre, half = (
+            self._box_centre[: self.prism_count][rows],
+            self._box_half[: self.prism_count][rows],
+        )
         faces = self.prisms.faces[rows]
         centre[:, :2], half[:, :2] = 0.5 * (low + high), 0.5 * (high - low)
         centre[:, 2], half[:, 2] = faces.mean(axis=1), 0.5 * (faces[:, 1] - faces[:, 0])
@@ -132,9 +130,9 @@ class SceneShapes:
             self._place_cylinders()
 
     def _place_cylinders(self) -> None:
-        self.cylinders.discs[:, :2] = self._poses[self._count :, :2]
+        self.cylinders.discs[:, :2] = self._poses[self.prism_count :, :2]
         faces = self.cylinders.faces
-        centre, half = self._box_centre[self._count :], self._box_half[self._count :]
+        centre, half = self._box_centre[self.prism_count :], self._box_half[self.prism_count :]
         centre[:, :2], half[:, :2] = self.cylinders.discs[:, :2], self.cylinders.discs[:, 2:]
         centre[:, 2], half[:, 2] = faces.mean(axis=1), 0.5 * (faces[:, 1] - faces[:, 0])
 

@@ -51,3 +51,12 @@ class ObjectShape:
     def outline_in_world(self, T_world_object: Array) -> Array:
         """(n, 2) outline seen from above, of an object that stands upright [m]."""
         return np.asarray(self.outline @ T_world_object[:2, :2].T + T_world_object[:2, 3])
+
+    def bounds(self, T_world_object: Array) -> tuple[Array, Array]:
+        """Lower and upper corner (3,) of an upright object's box in world axes [m]."""
+        outline = self.outline_in_world(T_world_object)
+        half, z = 0.5 * self.height, T_world_object[2, 3]
+        return (
+            np.array([*outline.min(axis=0), z - half]),
+            np.array([*outline.max(axis=0), z + half]),
+        )

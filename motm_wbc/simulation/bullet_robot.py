@@ -161,6 +161,7 @@ class BulletRobot:
         pose = position[:3].copy()
         pose[2] = wrap(pose[2])
         self._finger_now = position[3 + n :]
+        self._T_world_tool: Array | None = None
         return RobotReading(
             base_pose=pose,
             base_velocity=self._inputs(pose[2], velocity[:3]),
@@ -186,5 +187,7 @@ class BulletRobot:
 
     def T_world_tool(self) -> Array:
         """(4, 4) pose of the tool frame."""
-        state = self._client.getLinkState(self.body, self.tool, computeForwardKinematics=1)
-        return pose_matrix(state[4], state[5])
+        if self._T_world_tool is None:
+            state = self._client.getLinkState(self.body, self.tool, computeForwardKinematics=1)
+            self._T_world_tool = pose_matrix(state[4], state[5])
+        return self._T_world_tool

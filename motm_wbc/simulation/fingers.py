@@ -22,25 +22,45 @@ class FingerShapes:
 
     def __init__(self, model: RobotModel) -> None:
         hulls = collision_hulls(model.urdf_path)
-        self._parts: list[tuple[int, Array]] = []
+        parts: list[tuple[int, Array]] = []
         for link in model.finger_links:
             joint, placement = model.frame(link)
             for part in hulls.get(link, ()):
-                self._parts.append((joint, part @ placement[:3, :3].T + placement[:3, 3]))
+                parts.append((joint, part @ placement[:3, :3].T + placement[:3, 3]))
+        sizes = [len(part) for _, part in parts]
+        self._joints = np.repeat([joint for joint, _ in parts], sizes).astype(np.intp)
+        self._corners = np.concatenate([np.zeros((0, 3)), *(part for _, part in parts)])
+        self._starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.intp)
         self.reach = self._reach(model)
 
     def _reach(self, model: RobotModel) -> float:
         """Largest distance of a finger's corner from the tool, fingers open [m]."""
         width = model.description.gripper.max_width
         configuration = model.configuration(np.zeros(3), model.home, width)
-        tool = configuration.T_world_tool[:3, 3]
-        corners = [c - tool for c in self.corners(configuration)]
-        return max((float(np.linalg.norm(c, axis=1).max()) for c in corners), default=0.0)
+        away = self._placed(configuration) - configuration.T_world_tool[:3, 3]
+        return float(np.linalg.norm(away, axis=1).max(initial=0.0))
 
-    def corners(self, configuration: Configuration) -> list[Array]:
-        """Corners (n, 3) of each part in the world [m]."""
-        rotations, translations = configuration.rotations, configuration.translations
-        return [part @ rotations[joint].T + translations[joint] for joint, part in self._parts]
+    def near(self, configuration: Configuration, lower: Array, upper: Array) -> list[Array]:
+        """Corners (n, 3) of the parts that may reach into a box in world axes [m].
+
+        Args:
+            configuration: the robot.
+            lower: (3,) lower corner of the box [m].
+            upper: (3,) upper corner [m].
+        """
+        corners, starts = self._placed(configuration), self._starts
+        if len(corners) == 0:
+            return []
+        low = np.minimum.reduceat(corners, starts[:-1])
+        high = np.maximum.reduceat(corners, starts[:-1])
+        meets = np.flatnonzero(((low < upper) & (high > lower)).all(axis=1))
+        return [corners[starts[i] : starts[i + 1]] for i in meets]
+
+    def _placed(self, configuration: Configuration) -> Array:
+        """(k, 3) all corners in the world [m]."""
+        rotations = configuration.rotations[self._joints]
+        placed = np.einsum("kij,kj->ki", rotations, self._corners)
+        return np.asarray(placed + configuration.translations[self._joints])
 
 
 def push_out(corners: Array, shape: ObjectShape, pose: Array, R_world_tool: Array) -> Array:

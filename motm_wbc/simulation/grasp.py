@@ -105,7 +105,9 @@ class Fingers:
 
         A motion goes on until the fingers open again or have rested at their target.
         """
-        self._target = min(max(target, 0.0), self._max_width)
+        wanted = min(max(target, 0.0), self._max_width)
+        if wanted != self._target:
+            self._target, self._rested = wanted, 0.0
         if self._target > self.reference + _WIDTH_STEP:
             self._closing = False
             self._stop = 0.0

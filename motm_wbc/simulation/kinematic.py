@@ -103,7 +103,8 @@ class KinematicPlant(SimulatedPlant):
     def _push(self, name: str, body: LooseBody) -> None:
         moved = 0.0
         R_world_tool = self._at_tool.T_world_tool[:3, :3]
-        for corners in self._fingers.corners(self._at_tool):
+        lower, upper = body.shape.bounds(body.pose)
+        for corners in self._fingers.near(self._at_tool, lower, upper):
             offset = push_out(corners, body.shape, body.pose, R_world_tool)
             if np.any(offset):
                 body.push(offset)

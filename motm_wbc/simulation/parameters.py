@@ -29,10 +29,9 @@ class PhysicsParameters(Data):
     solver_iterations: Annotated[int, Field(ge=10, le=1000)] = 150
     """Iterations of the rigid-body solver in a physics step."""
     base_force: Positive = 20000.0
-    """Largest force of the motors that move the base in the plane [N]."""
+    """Largest force of the motors that move the base in the plane [N]; far above what the
+    base's accelerations need, so that it follows its commands."""
     base_torque: Positive = 20000.0
     """Largest torque of the motor that turns the base [N m]."""
-    finger_force: Positive = 40.0
-    """Largest force of one finger [N]."""
     contact_friction: Annotated[float, Field(gt=0.0, le=5.0)] = 1.0
     """Friction of fingers and supports; the object's own is multiplied with it."""

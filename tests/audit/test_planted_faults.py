@@ -22,13 +22,13 @@ def test_a_clean_run_reports_none(model, scenario, make_world):
     audit, world = Audit(model, scenario), make_world(scenario)
     world.at(base_pose=np.array([-1.5, 0.0, 0.0]))
     world.drive(audit, BESIDE)
-    world.swing(audit, world.reach(CUBE + [0, 0, 0.1]))
+    world.swing(audit, world.reach(CUBE + np.array([0, 0, 0.1])))
     world.swing(audit, world.reach(CUBE))
     for width in np.linspace(0.08, 0.05, 50):
         audit.observe(world.at(gripper_width=float(width)))
     world.grasp("cube")
-    world.swing(audit, world.reach(CUBE + [0, 0, 0.1]))
-    world.swing(audit, world.reach(CUBE + [0.03, 0.03, 0.001]))
+    world.swing(audit, world.reach(CUBE + np.array([0, 0, 0.1])))
+    world.swing(audit, world.reach(CUBE + np.array([0.03, 0.03, 0.001])))
     for width in np.linspace(0.05, 0.08, 50):
         audit.observe(world.at(gripper_width=float(width), held=None, T_tool_held=None))
     world.swing(audit, model.home)
@@ -104,38 +104,34 @@ def test_a_held_object_dragged_through_an_obstacle(model, scenario, make_world):
     changed = scenario.model_copy(update={"obstacles": (post,)})
     audit, world = Audit(model, changed), make_world(changed)
     world.at(base_pose=BESIDE)
-    world.swing(audit, world.reach(CUBE + [0, 0, 0.1]))
+    world.swing(audit, world.reach(CUBE + np.array([0, 0, 0.1])))
     world.swing(audit, world.reach(CUBE))
     world.grasp("cube")
     world.swing(audit, world.reach([0.0, 0.0, tool_height]))
     assert audit.result().collisions == 0
-    world.drive(audit, BESIDE + [0.0, 0.6, 0.0])
+    world.drive(audit, BESIDE + np.array([0.0, 0.6, 0.0]))
     assert pairs(audit) == {("cube", "post")}
     assert audit.result().collisions == 1
 
 
 def test_a_held_object_dragged_into_the_side_of_a_table(model, scenario, make_world):
     block = Support(name="block", shape="box", size=(0.2, 0.2, 0.75), position=(0.0, 0.45))
-    changed = scenario.model_copy(
-        update={"supports": (*scenario.supports, block), "obstacles": ()}
-    )
+    changed = scenario.model_copy(update={"supports": (*scenario.supports, block), "obstacles": ()})
     audit, world = Audit(model, changed), make_world(changed)
     world.at(base_pose=BESIDE)
-    world.swing(audit, world.reach(CUBE + [0, 0, 0.1]))
+    world.swing(audit, world.reach(CUBE + np.array([0, 0, 0.1])))
     world.swing(audit, world.reach(CUBE))
     world.grasp("cube")
     world.swing(audit, world.reach([0.0, 0.0, 0.76]))  # its bottom is 15 mm below the block's top
     assert audit.result().collisions == 0
-    world.drive(audit, BESIDE + [0.0, 0.35, 0.0])
+    world.drive(audit, BESIDE + np.array([0.0, 0.35, 0.0]))
     assert ("cube", "block") in pairs(audit)
 
 
 def test_a_hand_pressed_onto_the_object(model, scenario, make_world):
     """Fingers may touch what can be picked; the hand's body may not."""
     tall = Object(name="tall", shape="box", size=(0.04, 0.04, 0.1), on="table")
-    changed = scenario.model_copy(
-        update={"objects": (tall,), "task": (), "obstacles": ()}
-    )
+    changed = scenario.model_copy(update={"objects": (tall,), "task": (), "obstacles": ()})
     audit, world = Audit(model, changed), make_world(changed)
     world.at(base_pose=BESIDE)
     world.swing(audit, world.reach([0.0, 0.0, 0.85]))
@@ -148,7 +144,7 @@ def test_a_hand_pressed_onto_the_object(model, scenario, make_world):
 def test_fingers_pushed_into_the_table(model, scenario, make_world):
     audit, world = Audit(model, scenario), make_world(scenario)
     world.at(base_pose=BESIDE)
-    world.swing(audit, world.reach(CUBE + [0, 0.14, 0.1]))
+    world.swing(audit, world.reach(CUBE + np.array([0, 0.14, 0.1])))
     world.swing(audit, world.reach([0.0, 0.14, TABLE_TOP + 0.012]))
     assert audit.result().collisions == 0
     world.swing(audit, world.reach([0.0, 0.14, TABLE_TOP + 0.005]))

@@ -309,7 +309,7 @@ def make_map(seed):
     else:  # a courtyard with a gate or none
         gate = int(rng.integers(0, 2))
         obstacles = [box(1, 1, 6, 1), box(1, 6, 6, 1), box(1, 1, 1, 6), box(6, 1, 1, 6 - gate)]
-        obstacles = obstacles[: 3 + int(rng.integers(0, 2))] + [integer_obstacle(rng)]
+        obstacles = [*obstacles[: 3 + int(rng.integers(0, 2))], integer_obstacle(rng)]
     boundary = box(-1, -1, 10, 10) if seed % 4 == 0 else None
     return rng, obstacles, boundary
 

@@ -9,7 +9,20 @@ from hypothesis import strategies as st
 from motm_wbc.geometry.convex_parts import convex_parts
 
 L_SHAPE = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
-COMB = [[0, 0], [5, 0], [5, 2], [4, 2], [4, 1], [3, 1], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]]
+COMB = [
+    [0, 0],
+    [5, 0],
+    [5, 2],
+    [4, 2],
+    [4, 1],
+    [3, 1],
+    [3, 2],
+    [2, 2],
+    [2, 1],
+    [1, 1],
+    [1, 2],
+    [0, 2],
+]
 
 
 def check(outline):

@@ -4,7 +4,8 @@ import pytest
 from motm_wbc.errors import InputError
 from motm_wbc.kinematics.hulls import collision_hulls
 
-URDF = """<robot name="r"><link name="a"><collision><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>
+URDF = """<robot name="r"><link name="a"><collision>
+<origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>
 <geometry><box size="2 4 6"/></geometry></collision>
 <collision><geometry><cylinder radius="0.5" length="2"/></geometry></collision>
 <collision><geometry><sphere radius="0.5"/></geometry></collision></link><link name="b"/></robot>"""

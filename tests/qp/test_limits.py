@@ -46,7 +46,7 @@ def test_no_step_leaves_the_range_or_goes_further_out(share, v, dt, choice):
         assert (then <= np.maximum(over, 0.0)).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10**6), DTS)
 def test_whoever_starts_inside_keeps_position_and_acceleration_for_ever(seed, dt):
     rng = np.random.default_rng(seed)
@@ -63,7 +63,7 @@ def test_whoever_starts_inside_keeps_position_and_acceleration_for_ever(seed, dt
         assert (q >= LOWER).all() and (q <= UPPER).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.lists(st.floats(1e-4, 0.1), min_size=3, max_size=3), st.booleans(), SPEEDS, DTS)
 def test_from_outside_it_comes_back_slowly_and_stays(excess, above, v, dt):
     span = UPPER - LOWER

@@ -87,6 +87,12 @@ class Operator:
     def tool(self):
         return self._configuration().T_world_tool[:3, 3]
 
+    def grasp_point(self):
+        """Where the tool has to be to grasp the cube."""
+        cube = self.plant.scenario.object("cube")
+        pose = self.plant.truth().objects["cube"]
+        return pose[:3, 3] + cube.grasp_height * pose[:3, 2]
+
     def close(self, seconds=0.4):
         self.width = 0.0
         self.wait(seconds)
@@ -110,8 +116,8 @@ def operate(model, beside_table):
     """Makes plants with an operator, and closes them."""
     plants = []
 
-    def make(kind, scenario=beside_table, **options):
-        plant = make_plant(kind, scenario, model, **options)
+    def make(kind, scenario=beside_table, robot=model, **options):
+        plant = make_plant(kind, scenario, robot, **options)
         plants.append(plant)
         return Operator(plant)
 

@@ -18,8 +18,9 @@ UP = np.array([0.0, 0.0, 0.1])
 
 
 def grasp(operator, offset=(0.0, 0.0, 0.0)):
-    operator.reach(CUBE + UP, 1.5)
-    operator.reach(CUBE + offset, 0.8)
+    point = operator.grasp_point()
+    operator.reach(point + UP, 1.5)
+    operator.reach(point + offset, 0.8)
 
 
 def test_it_is_a_plant(operate, kind):
@@ -104,21 +105,22 @@ def test_grasps_lifts_and_carries(operate, kind):
     operator.reach(CUBE + UP)
     truth = operator.plant.truth()
     assert truth.held == "cube"
-    np.testing.assert_allclose(truth.objects["cube"][:3, 3], operator.tool(), atol=6e-3)
+    np.testing.assert_allclose(operator.grasp_point(), operator.tool(), atol=6e-3)
     np.testing.assert_allclose(truth.T_tool_held, T_tool_held, atol=0.015)
-    assert truth.objects["cube"][2, 3] > 0.715
+    assert truth.objects["cube"][2, 3] > 0.705
     assert not operator.plant.releases
 
 
 def test_released_object_comes_to_rest(operate, kind):
     operator = operate(kind)
+    point = operator.grasp_point()
     grasp(operator)
     assert operator.close()
     operator.reach(CUBE + UP)
-    operator.reach(CUBE + [0.06, 0.05, 0.003])
+    operator.reach(point + np.array([0.06, 0.05, 0.003]))
     carried = operator.plant.truth().objects["cube"][:3, 3]
     operator.open(0.4)
-    operator.reach(CUBE + [0.06, 0.05, 0.1])
+    operator.reach(CUBE + np.array([0.06, 0.05, 0.1]))
     operator.wait(1.0)
     truth = operator.plant.truth()
     assert truth.held is None
@@ -202,22 +204,22 @@ def test_closing_outside_the_radius_is_no_attempt_and_holds_nothing(operate, kin
 
 def test_random_failures_depend_on_the_seed_alone(operate, kind):
     def outcome(seed):
-        operator = operate(kind, failure=GraspFailure(probability=0.7), seed=seed)
+        operator = operate(kind, failure=GraspFailure(probability=0.5), seed=seed)
         grasp(operator)
         return operator.try_until_held(30)
 
-    tries = [outcome(seed) for seed in (1, 2, 3)]
-    assert tries == [outcome(seed) for seed in (1, 2, 3)]
-    assert len(set(tries)) > 1
+    first = outcome(1)
+    assert outcome(1) == first
+    assert first != outcome(2)
 
 
 def test_a_finger_that_hits_the_object_is_noticed(operate, kind):
     operator = operate(kind)
-    beside = CUBE + [-0.08, 0.0, 0.0]
+    beside = CUBE + np.array([-0.08, 0.0, 0.0])
     operator.reach(beside + UP, 1.5)
     operator.reach(beside, 0.8)
     assert operator.plant.events == ()
-    operator.reach(CUBE + [0.0, 0.028, 0.0], 1.0)
+    operator.reach(CUBE + np.array([0.0, 0.028, 0.0]), 1.0)
     assert "finger_hit" in [event.kind for event in operator.plant.events]
     moved = operator.plant.truth().objects["cube"][:2, 3] - CUBE[:2]
     assert np.linalg.norm(moved) > 2e-3
@@ -273,6 +275,31 @@ def test_moving_solids_move(operate, kind, beside_table):
     assert operator.plant.sense()[1].moving["walker"].pose[0] == pytest.approx(2.5)
 
 
+def test_a_gripper_without_moving_fingers_grasps_all_the_same(kind, model, beside_table, operate):
+    """Some robots' files have no finger joints; their gripper is a width and no more."""
+    from motm_wbc.kinematics.loading import build_model
+    from motm_wbc.scene.finder import find_robot
+
+    data = model.description
+    locked = {finger.joint: 0.04 for finger in data.gripper.fingers}
+    stiff = data.model_copy(
+        update={
+            "arm": data.arm.model_copy(update={"locked": locked}),
+            "gripper": data.gripper.model_copy(update={"fingers": ()}),
+        }
+    )
+    robot = build_model(stiff, find_robot("frankie").parent, "stiff")
+    operator = operate(kind, robot=robot, failure=GraspFailure(delay=0.5))
+    grasp(operator)
+    assert operator.try_until_held() == 2
+    operator.reach(CUBE + UP)
+    assert operator.plant.truth().objects["cube"][2, 3] > 0.705
+    assert operator.plant.truth().gripper_width == pytest.approx(0.05, abs=1e-4)
+    operator.open(0.3)
+    operator.wait(1.0)
+    assert operator.plant.truth().objects["cube"][2, 3] == pytest.approx(0.625, abs=2e-3)
+
+
 def flat(truth):
     """The whole state as bytes."""
     arrays = [truth.base_pose, truth.base_velocity, truth.q, truth.v, *truth.objects.values()]
@@ -304,8 +331,6 @@ def test_two_processes_give_the_same_run(kind, beside_table, model):
         f"scenario = Scenario.model_validate_json({beside_table.model_dump_json()!r})\n"
         f"print(module.digest({kind!r}, scenario, load_robot('frankie')))\n"
     )
-    other = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
+    other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert other.stdout.strip() == digest(kind, beside_table, model)
     assert other.stderr == ""

@@ -37,7 +37,9 @@ def test_an_unknown_plant_names_the_legal_ones(model):
         make_plant("bulet", load_scenario("line"), model)
 
 
-@pytest.mark.parametrize("options", [{"control_period": 0.0}, {"control_period": 2.0}, {"seed": -1}])
+@pytest.mark.parametrize(
+    "options", [{"control_period": 0.0}, {"control_period": 2.0}, {"seed": -1}]
+)
 def test_options_that_make_no_sense_are_refused(model, options):
     with pytest.raises(InputError, match=next(iter(options))):
         make_plant("kinematic", load_scenario("line"), model, **options)

@@ -18,6 +18,7 @@ DATA = GripperData(max_width=0.08, closing_speed=0.1, opening_speed=0.2, force=4
 CUBE = Object(name="cube", shape="box", size=(0.05, 0.05, 0.05), on="table")
 DOWN = np.diag([1.0, -1.0, -1.0, 1.0])
 Y = np.array([0.0, 1.0, 0.0])
+GRASP = np.array([0.0, 0.0, CUBE.grasp_height])
 
 
 def failures(delay=0.0, probability=0.0, seed=0, period=PERIOD):
@@ -125,7 +126,7 @@ def gripper(delay=0.0):
 
 def close(hand, offset, step=0):
     T_world_tool = DOWN.copy()
-    T_world_tool[:3, 3] = offset
+    T_world_tool[:3, 3] = GRASP + offset
     if hand.fingers.command(0.0, hand.fingers.reference):
         objects = {"cube": upright_pose(np.zeros(3), 0.0)}
         hand.begin_closing(step, step * PERIOD, T_world_tool, Y, objects)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
 from motm_wbc.basenav.placement import REASONS, BasePlacement, PlacementResult
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.staa import Goal, StaaPlan, StaaStar
+from motm_wbc.basenav.waiting import Wait
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import braking_arc, stopping_time
 from motm_wbc.interfaces import BaseReport
@@ -39,6 +41,9 @@ class Proposed:
         self._local = StaaStar(
             context.world, context.footprint, context.limits, context.staa, planner
         )
+        limits = context.limits
+        # Accelerating from rest to full speed takes v/a and leads as far as half that time would.
+        self._restart = 0.5 * limits.v_max / limits.a_max
         self._step_index = -1
         self._previous: Array | None = None
 
@@ -67,6 +72,7 @@ class Proposed:
             stop_pose=rest if waits else None,
             stop_time=stopping_time(now.v, now.omega, self._context.limits),
             region=self._context.region,
+            wait=Wait(now.wait, self._restart, now.attempts_fail),
         )
 
     def _drive(self, now: BaseMoment, target: Array, ranking: PlacementResult) -> StaaPlan:
@@ -77,10 +83,21 @@ class Proposed:
             now.pose,
             now.v,
             now.omega,
-            Goal(ranking.goal),
+            Goal(ranking.goal, stop=self._has_to_wait(now, ranking)),
             keep_in=self._context.region if held else None,
             object_xy=target,
         )
+
+    def _has_to_wait(self, now: BaseMoment, ranking: PlacementResult) -> bool:
+        """Whether the base would be at its goal before the grasp: then it comes to rest there.
+
+        Braking takes time as well; before its point the local planner drives on at speed.
+        """
+        if now.next_target is None or not self._context.placement.price_wait:
+            return False
+        braking = stopping_time(now.v, now.omega, self._context.limits)
+        arrives = float(ranking.leg1[ranking.selected])
+        return now.attempts_fail or now.wait + braking > arrives
 
     def _decision(
         self, now: BaseMoment, plan: StaaPlan, ranking: PlacementResult | None, started: float
@@ -103,18 +120,27 @@ class Proposed:
 def _report(
     plan: StaaPlan, ranking: PlacementResult | None, path: Array, compute_time: float
 ) -> BaseReport:
-    nothing = ranking is None
-    return BaseReport(
-        goal=None if nothing or ranking.stop_here else ranking.goal,
-        candidates=np.empty((0, 3)) if nothing else ranking.candidates,
-        costs=np.empty(0) if nothing else ranking.costs,
-        rejections=np.empty(0, dtype=np.int64) if nothing else ranking.rejections,
+    report = BaseReport(
+        goal=None,
+        candidates=np.empty((0, 3)),
+        costs=np.empty(0),
+        rejections=np.empty(0, dtype=np.int64),
         reasons=REASONS,
-        selected=-1 if nothing else ranking.selected,
+        selected=-1,
         global_path=path,
         local_plan=plan.poses,
         braking=plan.braking,
         compute_time=compute_time,
         expansions=plan.expansions,
         clock_guard_fired=plan.clock_guard_fired,
+    )
+    if ranking is None:
+        return report
+    return replace(
+        report,
+        goal=None if ranking.stop_here else ranking.goal,
+        candidates=ranking.candidates,
+        costs=ranking.costs,
+        rejections=ranking.rejections,
+        selected=ranking.selected,
     )
