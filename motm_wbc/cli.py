@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
 import typer
 from rich.console import Console
 from rich.table import Table
@@ -29,11 +28,13 @@ if TYPE_CHECKING:
     from motm_wbc.experiments.result import RunResult
     from motm_wbc.interfaces import StepReport
 
+# Typer brings its own copy of click in some versions; the base of its errors is public.
+_USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 app = typer.Typer(
     add_completion=False,
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     help="Mobile manipulation on the move, with failure recovery.",
@@ -50,13 +51,10 @@ def _status(call: Callable[[], Any]) -> int:
         status = call()
     except KeyboardInterrupt:
         return _say("interrupted", INTERRUPTED)
-    except click.exceptions.NoArgsIsHelpError as error:
-        print(error.format_message())
-        return BAD_INPUT
-    except click.ClickException as error:
-        return _say(error.format_message(), BAD_INPUT)
-    except click.exceptions.Abort:
+    except typer.Abort:
         return _say("interrupted", INTERRUPTED)
+    except _USAGE_ERROR as error:
+        return _say(error.format_message(), BAD_INPUT)
     except MotmError as error:
         return _say(str(error), BAD_INPUT)
     return status if isinstance(status, int) else OK
@@ -76,11 +74,15 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _common(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Mobile manipulation on the move, with failure recovery."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+        raise typer.Exit(BAD_INPUT)
 
 
 @app.command("run")

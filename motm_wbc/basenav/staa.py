@@ -168,7 +168,8 @@ class StaaStar:
         if not known:  # nothing can be said of such a state but that the base should stand
             pose, v, omega = np.nan_to_num(pose, posinf=0.0, neginf=0.0), 0.0, 0.0
         v, omega = self.limits.clip(float(v), float(omega))
-        v, omega = (0.0 if abs(speed) < _AT_REST else speed for speed in (v, omega))
+        residue = tuple(speed if abs(speed) < _AT_REST else 0.0 for speed in (v, omega))
+        v, omega = v - residue[0], omega - residue[1]
         margin = margin_left(
             self._drive, self._edges, self._outline, p.margin, with_direction(pose), v, omega
         )
@@ -185,7 +186,7 @@ class StaaStar:
             omega,
             extra,
         )
-        return Root(pose, v, omega, table, admissible, rests), margin if known else -1.0
+        return Root(pose, v, omega, residue, table, admissible, rests), margin if known else -1.0
 
     def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
         p = self.parameters
@@ -331,9 +332,9 @@ class StaaStar:
     ) -> StaaPlan:
         """The plan that begins with an action; without any more of it, it ends by braking."""
         row, limits = root.table[action], self.limits
-        a = min(max(float(row[ACCELERATION]), -limits.a_max), limits.a_max)
-        alpha = min(max(float(row[ALPHA]), -limits.alpha_max), limits.alpha_max)
         period = self._drive.period
+        a = _within(float(row[ACCELERATION]), limits.a_max)
+        alpha = _within(float(row[ALPHA]), limits.alpha_max)
         x, y, c, s = executed(self._drive, with_direction(root.pose), root.v, root.omega, a, alpha)
         v, omega = root.v + a * period, root.omega + alpha * period
         after = np.array([period, x, y, math.atan2(s, c), v, omega])
@@ -343,7 +344,10 @@ class StaaStar:
             actions = self._with_braking(once, v, omega)
             states = np.vstack([[0.0, *root.pose, root.v, root.omega], braking])
         return StaaPlan(
-            acceleration=(a, alpha),
+            acceleration=(
+                _within(a - root.residue[0] / period, limits.a_max),
+                _within(alpha - root.residue[1] / period, limits.alpha_max),
+            ),
             poses=states[:, :4],
             velocities=states[:, 4:],
             reached=reached,
@@ -390,3 +394,7 @@ class StaaStar:
         root.admissible[:] = True
         self._docking_action(problem, root)
         self._follow(problem, root, self._search(problem, root, time.perf_counter())[1])
+
+
+def _within(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

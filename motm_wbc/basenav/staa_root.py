@@ -27,6 +27,8 @@ class Root:
         pose: (3,) of the base [m, m, rad].
         v: its speed [m/s].
         omega: its turn rate [rad/s].
+        residue: what rounding has left of velocities that were braked, and v and omega are
+            without; the command takes it away.
         table: (n, 6) first actions.
         admissible: (n,) which of them are safe.
         rests: (n, 3) poses at rest after each, and braking.
@@ -35,6 +37,7 @@ class Root:
     pose: Array
     v: float
     omega: float
+    residue: tuple[float, ...]
     table: Array
     admissible: NDArray[np.bool_]
     rests: Array

@@ -30,6 +30,7 @@ from motm_wbc.kinematics.urdf import BASE_JOINTS
 from motm_wbc.mission.executive import Executive, ExecutiveParameters
 from motm_wbc.mission.methods import MethodContext, new_method
 from motm_wbc.recording import Recorders, RrdRecorder, ScalarRecorder, TraceRecorder
+from motm_wbc.recording.atomic import AtomicFile
 from motm_wbc.scene.footprints import base_obstacles
 from motm_wbc.scene.scenario import GraspFailure, Scenario
 from motm_wbc.simulation import SimulatedPlant, default_plant, make_plant
@@ -127,6 +128,8 @@ def run_setup(
     audit = Audit(setup.model, setup.scenario)
     inputs = setup.model.base_kind.inputs
     table = TraceRecorder(setup.model.arm_joints, inputs, _metadata(setup))
+    if trace is not None:
+        AtomicFile(Path(trace)).discard()  # what can't be written is said before the run
     recorders: list[ScalarRecorder] = [table]
     if record is not None:
         recorders.append(open_recording(setup, Path(record)))

@@ -223,6 +223,8 @@ class ArmLead:
             arrival=arrival,
             reach_time=self._reach_time(T_world_grip[:3, 3], state.base_pose, target, arrival),
             in_range=math.dist(centre, target) <= self._range,
+            tool_bearing=_bearing(centre, T_world_grip[:2, 3]),
+            target_bearing=_bearing(centre, target),
         )
 
     def _reach_time(
@@ -344,3 +346,8 @@ class ArmLead:
     def _resting(self) -> ArmStep:
         self._reference.reset()
         return ArmStep(None, self._gripper.max_width, Stage.DONE, None, math.nan, False, ())
+
+
+def _bearing(centre: Array, point: Array) -> float:
+    """Direction from `centre` to `point` in the world [rad]."""
+    return math.atan2(point[1] - centre[1], point[0] - centre[0])

@@ -12,7 +12,6 @@ from motm_wbc.interfaces import BaseReport, Event
 from motm_wbc.mission.arrival import Arrival, arrival_in_range
 from motm_wbc.mission.methods import BaseDecision, BaseMoment, Method
 
-
 _SAME_GOAL = 0.02  # [m] and [rad] that a goal may move with its object and still be the same
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.interfaces import Event
 from motm_wbc.mission.cylinder import CylinderPoint
-from motm_wbc.mission.orientation import rotation_error, top_down
+from motm_wbc.mission.orientation import rotation_error, top_down, yaw_of
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
 from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, rest_order
-from motm_wbc.mission.tool_yaw import YawRange, choose_yaw
+from motm_wbc.mission.tool_yaw import YawRange, choose_yaw, yaw_on_the_way
 
 
 class PickMachine:
@@ -127,9 +127,13 @@ class PickMachine:
 
     def _choose(self, now: Moment, sweep: Array) -> None:
         object_yaw = math.atan2(now.T_world_object[1, 0], now.T_world_object[0, 0])
-        current = math.atan2(now.T_world_tool[1, 0], now.T_world_tool[0, 0])
+        current = yaw_of(now.T_world_tool[:3, :3])
         choices = [object_yaw + yaw for yaw in self._yaws]
         self._yaw = choose_yaw(choices, sweep, self._yaw_range, current)
+
+    def _turning_to(self, now: Moment, yaw: float) -> float:
+        current = yaw_of(now.T_world_tool[:3, :3])
+        return yaw_on_the_way(yaw, current, now.target_bearing, now.tool_bearing, self._yaw_range)
 
     def _grasp_point(self, now: Moment) -> Array:
         return np.asarray(now.T_world_object[:3, 3] + np.array([0.0, 0.0, self._grasp_height]))
@@ -160,7 +164,7 @@ class PickMachine:
         return ToolOrder(
             point=point + np.array([0.0, 0.0, self._p.hover]) if hovering else point,
             cylinder=None,
-            yaw=self._yaw,
+            yaw=self._turning_to(now, self._yaw),
             climb=self._reach.speed if hovering else self._p.descent_speed,
             gripper_width=0.0 if closing else self._open_width,
             T_world_target=target,

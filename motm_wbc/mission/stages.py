@@ -42,6 +42,8 @@ class Moment:
         arrival: when the step's target comes into range; None if never on the present plan.
         reach_time: what the reach to the place of arrival is estimated to take [s].
         in_range: the target is in range now.
+        tool_bearing: of the tool from the arm's base, in the world [rad].
+        target_bearing: of the step's target, likewise [rad].
     """
 
     time: float
@@ -54,6 +56,8 @@ class Moment:
     arrival: Arrival | None
     reach_time: float
     in_range: bool
+    tool_bearing: float
+    target_bearing: float
 
     @property
     def tool_position(self) -> Array:

@@ -22,6 +22,8 @@ from motm_wbc.mission.cylinder import arm_base_position
 from motm_wbc.mission.grip import grip_in_tool
 from motm_wbc.mission.orientation import top_down, yaw_of
 
+_QUARTER = 0.5 * math.pi
+_STRAY = 0.2  # [rad or m] that a preferred joint may be off in a posture that can be held
 _SAMPLES = 48  # offsets sampled around the circle
 
 
@@ -82,6 +84,29 @@ def choose_yaw(choices: Sequence[float], sweep: Array, allowed: YawRange, curren
     return wrap(min(choices, key=lambda yaw: _strain(yaw, centred, current)))
 
 
+def yaw_on_the_way(
+    goal: float, now: float, goal_bearing: float, bearing: float, allowed: YawRange
+) -> float:
+    """The yaw to turn to next, so that the wrist turns inside its range, never across its end.
+
+    The shorter way round is not always open to a wrist; its range of offsets tells which is.
+
+    Args:
+        goal: yaw that the tool shall have at its target [rad].
+        now: its yaw [rad].
+        goal_bearing: of the target from the arm's base, in the world [rad].
+        bearing: of the tool [rad].
+        allowed: what the arm can hold.
+
+    Returns:
+        Yaw at most a quarter turn from `now` [rad].
+    """
+    middle = allowed.middle
+    turn = wrap(goal - goal_bearing - middle) - wrap(now - bearing - middle)
+    turn += wrap(goal_bearing - bearing)
+    return now + min(max(turn, -_QUARTER), _QUARTER)
+
+
 def bearing_sweep(poses: Array, arm_xy: Array, target_xy: Array, reach: float) -> Array:
     """(k,) world bearings [rad] of a target along a path, where it is in reach.
 
@@ -108,6 +133,12 @@ def _strain(yaw: float, centred: float, current: float) -> float:
     return abs(wrap(yaw - centred)) + 0.05 * abs(wrap(yaw - current))
 
 
+def _strays(model: RobotModel, q: Array) -> bool:
+    """Whether a joint has left its preferred position to win some range for the wrist."""
+    preferred = model.posture.weight > 0.0
+    return bool((np.abs(q - model.posture.value)[preferred] > _STRAY).any())
+
+
 def _walk(model: RobotModel, radius: float, height: float, start: float, step: float) -> int:
     """Number of steps that the tool can be turned, each solution leading to the next."""
     R_grip_tool = grip_in_tool(model.description).T
@@ -117,7 +148,7 @@ def _walk(model: RobotModel, radius: float, height: float, start: float, step: f
         target[:3, :3] = top_down(start + count * step) @ R_grip_tool
         target[:3, 3] = [model.arm_base_xy[0] + radius, model.arm_base_xy[1], height]
         answer = solve_ik(model, target, q)
-        if not answer.converged:
+        if not answer.converged or _strays(model, answer.q):
             return max(0, count - 1)
         q = answer.q
     return _SAMPLES // 2

@@ -72,7 +72,7 @@ class WholeBodyParameters(Data):
     damper_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 1.0
     """Approach speed that is allowed at the influence distance [m/s] (NEO). It is lowered for
     each class to what the arm's accelerations can follow."""
-    noticed_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 0.8
+    noticed_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 2.0
     """Approach speed that must never meet a damper unprepared [m/s]: where a class allows less
     at its influence distance, its line goes on outward until it allows this."""
     retreat_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 0.2

@@ -48,6 +48,8 @@ def moment(offset=(0.0, 0.0, 0.0), yaw=0.0, **changes) -> Moment:
         arrival=None,
         reach_time=0.4,
         in_range=True,
+        tool_bearing=0.0,
+        target_bearing=0.0,
     )
     return replace(made, **changes)
 

@@ -45,6 +45,8 @@ def moment(tool, **changes) -> Moment:
         "arrival": None,
         "reach_time": 0.4,
         "in_range": False,
+        "tool_bearing": 0.0,
+        "target_bearing": 0.0,
     }
     return Moment(**(values | changes))
 
