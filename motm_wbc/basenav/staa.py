@@ -129,7 +129,7 @@ class StaaStar:
                 the same goal, it is gone on with unless the search finds a cheaper one: so
                 the time that is left never grows from plan to plan.
         """
-        began = time.perf_counter()
+        began = time.thread_time()
         kept = self._what_is_left(previous, goal)
         root, margin = self._root(pose, v, omega, keep_of(keep_in, object_xy), kept[:1])
         if margin < 0.0 or not np.isfinite(goal.pose).all():
@@ -258,7 +258,7 @@ class StaaStar:
         while not (done or fired) and until < p.expansions:
             until = min(until + _CHUNK, p.expansions)
             done = advance(problem, memory, until)
-            fired = not done and time.perf_counter() - began > p.clock_guard
+            fired = not done and time.thread_time() - began > p.clock_guard
         counters = memory.counters
         effort = Effort(int(counters[EXPANSIONS]), int(counters[CHILDREN]), fired)
         leaf = int(counters[GOAL if counters[GOAL] >= 0 else BEST])
@@ -393,7 +393,7 @@ class StaaStar:
             return
         root.admissible[:] = True
         self._docking_action(problem, root)
-        self._follow(problem, root, self._search(problem, root, time.perf_counter())[1])
+        self._follow(problem, root, self._search(problem, root, time.thread_time())[1])
 
 
 def _within(value: float, limit: float) -> float:

@@ -25,7 +25,8 @@ class StaaParameters(Data):
     expansions: Annotated[int, Field(ge=1, le=100_000)] = 300
     """Nodes expanded before the search is aborted."""
     clock_guard: Annotated[float, Field(gt=0.0, le=10.0)] = 0.036
-    """Wall time after which the search is aborted all the same, and says so [s]."""
+    """Processor time after which the search is aborted all the same, and says so [s]. Not wall
+    time: how busy a machine is must not change a run."""
     heuristic_weight: Annotated[float, Field(ge=1.0, le=10.0)] = 1.3
     """Weight of the cost-to-go in the order of expansion."""
     cell: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05

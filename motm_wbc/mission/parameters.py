@@ -53,12 +53,13 @@ class GraspParameters(Data):
 
     hover: Distance = 0.06
     """Height above the grasp that the tool keeps until it is aligned [m]."""
-    align_distance: Distance = 0.01
+    align_distance: Distance = 0.008
     """The tool descends once it is this close beside the grasp [m]."""
-    align_angle: Angle = 0.15
+    align_angle: Angle = 0.10
     """... and this well turned [rad]."""
-    lost_distance: Distance = 0.025
-    """A descending or trying tool that is this far beside goes back to hovering [m]."""
+    lost_distance: Distance = 0.013
+    """A descending or trying tool that is this far beside rises and hovers again [m]: the
+    open fingers clear a 5 cm cube by 15 mm."""
     descent_speed: Speed = 0.35
     """Largest speed of descending and lifting [m/s]."""
     attempt_distance: Distance = 0.008

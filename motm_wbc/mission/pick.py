@@ -16,6 +16,9 @@ from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, rest_orde
 from motm_wbc.mission.tool_yaw import YawRange, choose_yaw, yaw_on_the_way
 
 
+_NEAR = 0.15  # [m] beside the object within which lowered fingers could push it
+
+
 class PickMachine:
     """Stages of picking one object; one instance for one pick step."""
 
@@ -150,19 +153,27 @@ class PickMachine:
         error = rotation_error(top_down(self._yaw), now.T_world_tool[:3, :3])
         return float(np.linalg.norm(error))
 
+    def _is_low_beside(self, now: Moment) -> bool:
+        """The fingers are down beside the object: they rise before they go sideways."""
+        low = self._offset(now)[2] < 0.5 * self._p.hover
+        return low and self._p.lost_distance < self._beside(now) < _NEAR
+
     def _aligned(self, now: Moment, distance: float, angle: float) -> bool:
         return self._beside(now) <= distance and self._angle(now) <= angle
 
     def _order(self, now: Moment) -> ToolOrder:
         hovering = self.stage is Stage.REACH
         point = self._grasp_point(now)
+        hover = point + np.array([0.0, 0.0, self._p.hover])
+        if self._is_low_beside(now):
+            hover[:2] = now.tool_position[:2]
         target = np.eye(4)
         assert self._yaw is not None
         target[:3, :3] = top_down(self._yaw)
         target[:3, 3] = point
         closing = self.stage in (Stage.CLOSE, Stage.DONE)
         return ToolOrder(
-            point=point + np.array([0.0, 0.0, self._p.hover]) if hovering else point,
+            point=hover if hovering else point,
             cylinder=None,
             yaw=self._turning_to(now, self._yaw),
             climb=self._reach.speed if hovering else self._p.descent_speed,

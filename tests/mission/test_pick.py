@@ -79,7 +79,7 @@ def test_it_hovers_until_it_is_aligned():
     assert answer.stage is Stage.REACH
     assert answer.order.point[2] == pytest.approx(0.6 + GRASP.hover)
     assert step(picking, moment((0.02, 0.0, 0.06))).stage is Stage.REACH
-    assert step(picking, moment((0.0, 0.0, 0.06), yaw=0.3)).stage is Stage.REACH
+    assert step(picking, moment((0.0, 0.0, 0.06), yaw=0.12)).stage is Stage.REACH
     lowered = step(picking, moment((0.005, 0.0, 0.06)))
     assert lowered.stage is Stage.DESCEND
     assert lowered.order.point[2] == pytest.approx(0.6)
@@ -122,4 +122,9 @@ def test_fingers_that_feel_something_too_early_are_not_believed():
 
 def test_a_tool_that_is_carried_off_hovers_again():
     picking = ready()
-    assert step(picking, moment((0.05, 0.0, 0.0), time=1.0)).stage is Stage.REACH
+    lost = step(picking, moment((0.05, 0.0, 0.0), time=1.0))
+    assert lost.stage is Stage.REACH
+    assert lost.order.point[:2] == pytest.approx([0.65, 0.0])  # straight up first
+    assert lost.order.point[2] == pytest.approx(0.6 + GRASP.hover)
+    risen = step(picking, moment((0.05, 0.0, 0.05), time=1.2))
+    assert risen.order.point[:2] == pytest.approx([0.6, 0.0])

@@ -97,7 +97,7 @@ def test_an_object_beside_its_place_is_not_let_go():
     step(placing, moment(DROP + [0.0, 0.0, 0.1], in_range=True))
     step(placing, moment(DROP + [0.0, 0.0, 0.1], in_range=True))
     assert placing.stage is Stage.DESCEND
-    beside = step(placing, moment(DROP + [0.02, 0.0, 0.009], in_range=True))
+    beside = step(placing, moment(DROP + [0.0125, 0.0, 0.009], in_range=True))
     assert beside.stage is Stage.DESCEND
     lost = step(placing, moment(DROP + [0.04, 0.0, 0.009], in_range=True))
     assert lost.stage is Stage.REACH
