@@ -29,6 +29,7 @@ from motm_wbc.kinematics import RobotModel, load_robot
 from motm_wbc.kinematics.urdf import BASE_JOINTS
 from motm_wbc.mission.executive import Executive, ExecutiveParameters
 from motm_wbc.mission.methods import MethodContext, new_method
+from motm_wbc.mission.reachable import hold_radius
 from motm_wbc.recording import Recorders, RrdRecorder, ScalarRecorder, TraceRecorder
 from motm_wbc.recording.atomic import AtomicFile
 from motm_wbc.scene.footprints import base_obstacles
@@ -160,7 +161,10 @@ def make_executive(setup: Setup) -> Executive:
     p, model = setup.parameters, setup.model
     check_start(setup.scenario, model)
     reach = model.description.reach
-    region = ReachRegion(model.arm_base_xy, reach.hold_radius, reach.bearing_limit)
+    radius = hold_radius(model, setup.scenario, p.grasp)
+    if radius <= 0.0:
+        raise InputError("a target is too high or too low for the arm", setup.scenario.name)
+    region = ReachRegion(model.arm_base_xy, radius, reach.bearing_limit)
     boundary = setup.scenario.boundary
     world = World(
         list(base_obstacles(setup.scenario).values()),

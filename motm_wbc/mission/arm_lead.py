@@ -17,6 +17,7 @@ from motm_wbc.mission.orientation import top_down, yaw_of
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
 from motm_wbc.mission.pick import PickMachine
 from motm_wbc.mission.place import PlaceMachine
+from motm_wbc.mission.reachable import reach_of_step
 from motm_wbc.mission.stages import Moment, Stage, ToolOrder
 from motm_wbc.mission.tool_reference import ToolMotion, ToolReference
 from motm_wbc.mission.tool_yaw import YawRange, bearing_sweep, yaw_range
@@ -77,8 +78,8 @@ class ArmLead:
         self._yaws = {
             thing.name: grasp_yaws(thing, self._gripper.max_width) for thing in scenario.objects
         }
-        self._range = model.description.reach.grasp_range
-        self._reference = ToolReference(reach, model.arm_base_xy, self._range, dt)
+        self._reaches = [reach_of_step(model, scenario, step, grasp) for step in scenario.task]
+        self._reference = ToolReference(reach, model.arm_base_xy, dt)
         self._yaw_ranges: dict[float, YawRange] = {}
         self.step_index = 0
         self.held: str | None = None
@@ -130,6 +131,10 @@ class ArmLead:
         """All steps are done."""
         return self.step is None
 
+    def reach(self, index: int) -> float:
+        """Distance from the arm's base within which a step's target can be worked on [m]."""
+        return self._reaches[min(index, len(self._reaches) - 1)]
+
     def target_xy(self, index: int, world: WorldState) -> Array | None:
         """(2,) where a step acts [m]; None beyond the last."""
         step = self._step_at(index)
@@ -177,7 +182,7 @@ class ArmLead:
         target = self.target_xy(self.step_index, world)
         assert target is not None
         sweep = (
-            bearing_sweep(pass_poses, self._model.arm_base_xy, target, self._range)
+            bearing_sweep(pass_poses, self._model.arm_base_xy, target, self.reach(self.step_index))
             if len(pass_poses)
             else np.zeros(1)
         )
@@ -222,7 +227,7 @@ class ArmLead:
             fingers_loaded=state.fingers_loaded,
             arrival=arrival,
             reach_time=self._reach_time(T_world_grip[:3, 3], state.base_pose, target, arrival),
-            in_range=math.dist(centre, target) <= self._range,
+            in_range=math.dist(centre, target) <= self.reach(self.step_index),
             tool_bearing=_bearing(centre, T_world_grip[:2, 3]),
             target_bearing=_bearing(centre, target),
         )
@@ -249,7 +254,9 @@ class ArmLead:
             return None
         if order.point is not None:
             still = np.zeros(3)
-            linear = self._reference.toward_point(order.point, still, tool, order.climb, arrival)
+            linear = self._reference.toward_point(
+                order.point, still, tool, order.climb, self.reach(self.step_index), arrival
+            )
         else:
             assert order.cylinder is not None
             linear = self._reference.toward_cylinder(order.cylinder, tool)

@@ -112,7 +112,7 @@ class Executive:
         reference = self._inputs(base.reference)
         configuration = self._model.configuration(state.base_pose, state.q, state.gripper_width)
         target = self._arm.target_xy(self._arm.step_index, world)
-        reach = self._model.description.reach.grasp_range
+        reach = self._arm.reach(self._arm.step_index)
         arm = self._arm.lead(
             state,
             world,
@@ -162,7 +162,7 @@ class Executive:
         target = self._arm.target_xy(index, world)
         if target is None:
             return 0.0
-        reach = self._model.description.reach.grasp_range
+        reach = self._arm.reach(index)
         arrival = self._base.arrival(target, reach)
         until = 0.0 if arrival is None else arrival.time
         return expected_wait(state.time, self._arm.first_attempt, until, self._attempt_time)

@@ -12,9 +12,8 @@ from motm_wbc.interfaces import Event
 from motm_wbc.mission.cylinder import CylinderPoint
 from motm_wbc.mission.orientation import rotation_error, top_down, yaw_of
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
-from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, rest_order
+from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, is_due, rest_order
 from motm_wbc.mission.tool_yaw import YawRange, choose_yaw, yaw_on_the_way
-
 
 _NEAR = 0.15  # [m] beside the object within which lowered fingers could push it
 
@@ -79,7 +78,7 @@ class PickMachine:
         return Outcome(self._order(now), self.stage, events)
 
     def _advance(self, now: Moment, sweep: Array) -> tuple[Event, ...]:
-        if self.stage is Stage.TRAVEL and _due(now, self._reach.lead):
+        if self.stage is Stage.TRAVEL and is_due(now, self._reach.lead):
             self._choose(now, sweep)
             self.stage = Stage.REACH
         elif self.stage is Stage.REACH:
@@ -180,10 +179,3 @@ class PickMachine:
             gripper_width=0.0 if closing else self._open_width,
             T_world_target=target,
         )
-
-
-def _due(now: Moment, lead: float) -> bool:
-    """Whether the reach has to start now to be there when the target comes into range."""
-    if now.in_range:
-        return True
-    return now.arrival is not None and now.arrival.time <= lead * now.reach_time

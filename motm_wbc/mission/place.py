@@ -10,7 +10,7 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.interfaces import Event
 from motm_wbc.mission.cylinder import CylinderPoint
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
-from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder
+from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, is_due
 
 _TOUCHING_LIFT = 0.01  # [m] of lift up to which an object may touch the support it leaves
 
@@ -73,10 +73,7 @@ class PlaceMachine:
         if self.stage is Stage.LIFT:
             if now.tool_position[2] - self._start[2] >= self._p.lift:
                 self.stage = Stage.TRAVEL
-        elif self.stage is Stage.TRAVEL and (
-            now.in_range
-            or (now.arrival is not None and now.arrival.time <= self._reach.lead * now.reach_time)
-        ):
+        elif self.stage is Stage.TRAVEL and is_due(now, self._reach.lead):
             self.stage = Stage.REACH
         elif self.stage in (Stage.REACH, Stage.DESCEND):
             return self._lower(now)

@@ -107,3 +107,10 @@ class Outcome:
 def rest_order(gripper_width: float) -> ToolOrder:
     """The arm keeps its posture, the gripper its width."""
     return ToolOrder(None, None, None, 0.0, gripper_width, None)
+
+
+def is_due(now: Moment, lead: float) -> bool:
+    """Whether the reach has to start now to be there when the target comes into range."""
+    if now.in_range:
+        return True
+    return now.arrival is not None and now.arrival.time <= lead * now.reach_time

@@ -8,7 +8,7 @@ target's own rates in that moving frame fed forward; near it, it is servoed in w
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,20 +54,16 @@ class ToolMotion:
 class ToolReference:
     """Makes the tool's twist; remembers its last velocity, to keep it continuous."""
 
-    def __init__(
-        self, parameters: ReachParameters, arm_xy: Array, largest_radius: float, dt: float
-    ) -> None:
+    def __init__(self, parameters: ReachParameters, arm_xy: Array, dt: float) -> None:
         """Set up.
 
         Args:
             parameters: gains and limits.
             arm_xy: (2,) the arm's base axis in the base frame [m].
-            largest_radius: the tool is not sent further from that axis [m].
             dt: control step [s].
         """
         self._p = parameters
         self._arm_xy = arm_xy
-        self._largest_radius = largest_radius
         self._dt = dt
         self._relative = np.zeros(3)
         self._quintic: Array | None = None  # position, velocity, acceleration in the base
@@ -99,7 +95,13 @@ class ToolReference:
         return np.asarray(carried + self._smooth(forward + wanted, tool))
 
     def toward_point(
-        self, point: Array, velocity: Array, tool: ToolMotion, climb: float, arrival: Arrival | None
+        self,
+        point: Array,
+        velocity: Array,
+        tool: ToolMotion,
+        climb: float,
+        reach: float,
+        arrival: Arrival | None,
     ) -> Array:
         """(3,) world velocity toward a point of the world [m/s].
 
@@ -108,10 +110,11 @@ class ToolReference:
             velocity: (3,) the point's own velocity [m/s].
             tool: the tool now.
             climb: largest vertical correction [m/s].
+            reach: the tool is not sent further from the arm's base axis [m].
             arrival: when and from where the point comes into range; None if it is.
         """
         error = point - tool.position
-        in_reach = self._radius_of(point, tool) <= self._largest_radius
+        in_reach = self._radius_of(point, tool) <= reach
         if in_reach and np.linalg.norm(error) < self._p.servo_distance:
             self._quintic = None
             carried = carried_velocity(tool.position, tool.base_pose, tool.base_twist)
@@ -120,7 +123,7 @@ class ToolReference:
         if self._p.form == "quintic":
             return self._quintic_velocity(point, velocity, tool, arrival)
         target = as_cylinder(point, velocity, tool.base_pose, tool.base_twist, self._arm_xy)
-        return self.toward_cylinder(self._within_reach(target), tool)
+        return self.toward_cylinder(_within_reach(target, reach), tool)
 
     def turning(self, R_target: Array, R_tool: Array) -> Array:
         """(3,) angular velocity toward an orientation at rest, world axes [rad/s]."""
@@ -132,18 +135,6 @@ class ToolReference:
     def _radius_of(self, point: Array, tool: ToolMotion) -> float:
         centre = arm_base_position(tool.base_pose, self._arm_xy)
         return math.hypot(point[0] - centre[0], point[1] - centre[1])
-
-    def _within_reach(self, target: CylinderPoint) -> CylinderPoint:
-        if target.radius <= self._largest_radius:
-            return target
-        return CylinderPoint(
-            self._largest_radius,
-            target.bearing,
-            target.height,
-            0.0,
-            target.bearing_rate,
-            target.height_rate,
-        )
 
     def _servo(self, error: Array, climb: float) -> Array:
         p = self._p
@@ -206,6 +197,12 @@ class ToolReference:
                 break
             duration *= 1.2
         return duration
+
+
+def _within_reach(target: CylinderPoint, reach: float) -> CylinderPoint:
+    if target.radius <= reach:
+        return target
+    return replace(target, radius=reach, radius_rate=0.0)
 
 
 def approach_speed(error: float, gain: float, largest: float, braking: float) -> float:

@@ -17,7 +17,7 @@ DT = 1.0 / 120.0
 
 def drive(parameters, base, twist, target, seconds, arrival=None):
     """Tool positions, relative speeds and errors while the base drives on."""
-    reference = ToolReference(parameters, ARM, 0.75, DT)
+    reference = ToolReference(parameters, ARM, DT)
     pose = np.array(base, dtype=float)
     T = np.eye(4)
     T[:3, 3] = [*se2.transform_points(pose, np.array([0.6, 0.0])), 0.9]
@@ -29,7 +29,7 @@ def drive(parameters, base, twist, target, seconds, arrival=None):
         if arrival is not None and arrival - k * DT > 0.0:
             there = se2.integrate_twist(pose, *twist, arrival - k * DT)
             left = Arrival(arrival - k * DT, there)
-        velocity = reference.toward_point(target, np.zeros(3), motion, 0.8, left)
+        velocity = reference.toward_point(target, np.zeros(3), motion, 0.8, 0.75, left)
         T[:3, 3] += velocity * DT
         pose = se2.integrate_twist(pose, *twist, DT)
         errors.append(float(np.linalg.norm(T[:3, 3] - target)))
@@ -62,7 +62,7 @@ def test_it_follows_on_an_orbit():
 
 def test_it_goes_round_the_front_not_across_the_back():
     """From 140 degrees on one side to 140 on the other: never behind the arm."""
-    reference = ToolReference(ReachParameters(), np.zeros(2), 0.75, DT)
+    reference = ToolReference(ReachParameters(), np.zeros(2), DT)
     pose, still = np.zeros(3), np.zeros(3)
     angle = math.radians(140.0)
     T = np.eye(4)
@@ -70,7 +70,7 @@ def test_it_goes_round_the_front_not_across_the_back():
     target = np.array([0.5 * math.cos(angle), -0.5 * math.sin(angle), 0.7])
     for _ in range(480):
         motion = ToolMotion(T.copy(), pose, still)
-        T[:3, 3] += reference.toward_point(target, still, motion, 0.8, None) * DT
+        T[:3, 3] += reference.toward_point(target, still, motion, 0.8, 0.75, None) * DT
         assert abs(math.atan2(T[1, 3], T[0, 3])) <= angle + 0.05
         assert math.hypot(T[0, 3], T[1, 3]) > 0.4
     assert np.allclose(T[:3, 3], target, atol=1e-3)
