@@ -268,7 +268,8 @@ class BasePlacement:
             times: Array = departure_times(
                 field, self._edges, self._outline, ring.poses, margin, alpha
             )
-            return np.maximum(np.where(np.isfinite(leg2), times - leg2, 0.0), 0.0)
+            later = np.subtract(times, leg2, out=np.zeros(len(leg2)), where=np.isfinite(leg2))
+            return np.maximum(later, 0.0)
 
         key = (*object_xy[:2].tolist(), *next_xy[:2].tolist(), *_region_key(region))
         return _kept(self._starts, key, build)

@@ -24,7 +24,7 @@ def broken(text: str, old: str, new: str) -> str:
         ("[0.15, 0.0, 0.38]", "[150, 0, 380]", r"arm\.mount_xyz: lengths are metres, at most 10"),
         ("bearing_limit = 2.618", "bearing_limit = 150", r"reach\.bearing_limit: .*3\.14"),
         ("v_reverse = 0.2", "v_revers = 0.2", r"base\.v_revers: .*did you mean 'v_reverse'"),
-        ('"panda_joint3", "panda_joint4"', '"panda_joint3", "panda_joint9"', r"preferences: unkno"),
+        ('joint = "panda_joint3"', 'joint = "panda_joint9"', r"preferences: unkno"),
         (
             'parent = "panda_hand"',
             'parent = "panda_hnd"',
@@ -42,7 +42,7 @@ def broken(text: str, old: str, new: str) -> str:
             r"gripper\.fingers: unknown joint 'panda_finger_joint3'; did you mean",
         ),
         ("home = [0.0, -0.785", "home = [0.0, -45.0", r"arm\.home: panda_joint2 = -45 is outside"),
-        ("upper = -0.45", "upper = 0.45", r"arm\.preferences: panda_joint4 = 0\.45 is outside"),
+        ("value = 0.0\n", "value = 3.0\n", r"arm\.preferences: panda_joint3 = 3 is outside"),
         (
             "[0.8, 3.7525]",
             "[0.8, 4.0]",
@@ -62,7 +62,7 @@ def broken(text: str, old: str, new: str) -> str:
             r"closing_axis: an axis is a unit",
         ),
         ("approach_axis = [0.0, 0.0, 1.0", "approach_axis = [0.0, 1.0, 0.0", r"must be square to"),
-        ('part = "hand"', 'part = "held"', r"capsules\[8\]: 'part' of a robot's capsule is"),
+        ('part = "hand"', 'part = "held"', r"capsules\[7\]: 'part' of a robot's capsule is"),
         ("value = 0.0\n", "", r"preferences\[0\]: a preference has a 'value', a 'lower' or"),
     ],
 )
@@ -150,7 +150,7 @@ def test_limits_of_the_file_reach_the_model(frankie):
     np.testing.assert_array_equal(frankie.a_max, [15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])
     np.testing.assert_allclose(frankie.v_max, [2.175] * 4 + [2.61] * 3)
     np.testing.assert_array_equal(frankie.posture.weight, [0, 0, 1, 0, 0, 0, 0])
-    assert frankie.posture.upper[3] == -0.45
+    assert frankie.q_upper[3] == -0.6
     limits = frankie.base_limits
     assert (limits.v_max, limits.v_reverse, limits.omega_max) == (0.5, 0.2, 1.745)
     np.testing.assert_allclose(np.ptp(frankie.footprint, axis=0), [0.68, 0.47])

@@ -66,7 +66,7 @@ def test_the_failure_delay_is_the_plants_secret(robot):
     timings = {"arm_step_s", "base_step_s"}
     for name in set(first) - timings:
         assert str(first[name][:count]) == str(second[name][:count]), name
-    assert first["base_x"][-1] != second["base_x"][-1]
+    assert short.summary.task_time_s < long.summary.task_time_s - 2.0
 
 
 def test_the_same_run_in_another_process(robot):
@@ -91,12 +91,14 @@ def test_four_steps_with_two_objects(robot):
     assert summary.grasp_attempts >= 4
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
-def test_both_plants_agree(scenario, robot):
+@pytest.mark.parametrize(("scenario", "apart"), [("line", 0.1), ("turn", 0.5)])
+def test_both_plants_agree(scenario, apart, robot):
+    """Task times [s]. In `turn` the base turns back by half a turn, to either side of the drop:
+    plans that cost the same, between which a millimetre decides."""
     pytest.importorskip("pybullet")
     one, other = (done(scenario, 1.0, robot, plant).summary for plant in ("kinematic", "bullet"))
     assert one.grasp_attempts == other.grasp_attempts
-    assert abs(one.task_time_s - other.task_time_s) <= 0.1
+    assert abs(one.task_time_s - other.task_time_s) <= apart
 
 
 @pytest.mark.slow
