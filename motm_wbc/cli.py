@@ -49,14 +49,16 @@ def main() -> None:
 def _status(call: Callable[[], Any]) -> int:
     try:
         status = call()
-    except KeyboardInterrupt:
-        return _say("interrupted", INTERRUPTED)
-    except typer.Abort:
-        return _say("interrupted", INTERRUPTED)
+    except (KeyboardInterrupt, typer.Abort):
+        status = INTERRUPTED
     except _USAGE_ERROR as error:
         return _say(error.format_message(), BAD_INPUT)
     except MotmError as error:
         return _say(str(error), BAD_INPUT)
+    except OSError as error:
+        return _say(f"can't write the output: {error}", BAD_INPUT)
+    if status == INTERRUPTED:  # typer's own answer to Ctrl-C
+        return _say("interrupted", INTERRUPTED)
     return status if isinstance(status, int) else OK
 
 
@@ -92,7 +94,10 @@ def run_command(
     method: Annotated[str, typer.Option(help="How the base is led.")] = "proposed",
     failure_delay: Annotated[
         float | None,
-        typer.Option(help="Grasps fail for this long after the first attempt [s]."),
+        typer.Option(
+            help="Grasps fail for this long after the first attempt [s]; default: as the "
+            "scenario says, 0 in the shipped ones."
+        ),
     ] = None,
     plant: Annotated[
         str | None, typer.Option(help="bullet or kinematic; default: bullet where it can run.")
@@ -112,6 +117,7 @@ def run_command(
     from motm_wbc.experiments.run import run
     from motm_wbc.scene.scenario import load_scenario
 
+    viewer = _viewer() if view else None
     if view and record is None:
         record = Path(tempfile.mkdtemp(prefix="motm-")) / "run.rrd"
     world = load_scenario(scenario)
@@ -134,8 +140,8 @@ def run_command(
         print(json.dumps(result.summary.as_dict()))
     else:
         _print_result(result, record)
-    if view and record is not None:
-        _open_viewer(record)
+    if viewer is not None:
+        subprocess.Popen([viewer, str(record)])
     return OK if result.summary.success else FAILED
 
 
@@ -170,11 +176,12 @@ def scenarios_command() -> int:
 @app.command("check")
 def check_command(
     file: Annotated[str, typer.Argument(help="A robot or scenario: name, file or folder.")],
+    robot: Annotated[str, typer.Option(help="Robot that a scenario is checked with.")] = "frankie",
 ) -> int:
     """Read a robot or a scenario, build all of it, and print its card."""
     from motm_wbc.experiments.cards import card
 
-    title, rows = card(file)
+    title, rows = card(file, robot)
     table = _listing(title, "")
     for key, value in rows:
         table.add_row(key, value)
@@ -242,8 +249,13 @@ def _figure(value: float | None, unit: str) -> str:
     return f"{shown} {unit}".rstrip()
 
 
-def _open_viewer(recording: Path) -> None:
+def _viewer() -> str:
+    """Path of the rerun viewer.
+
+    Raises:
+        InputError: there is none.
+    """
     viewer = Path(sys.executable).with_name("rerun")
     if not viewer.exists():
         raise InputError("the rerun viewer is not installed beside this Python", "--view")
-    subprocess.Popen([str(viewer), str(recording)])
+    return str(viewer)

@@ -113,6 +113,7 @@ class BaseReport:
         compute_time: wall time of the base step [s].
         expansions: nodes that the local search expanded.
         clock_guard_fired: the search was ended by the clock.
+        emergency: nothing but braking was possible.
     """
 
     goal: Array | None
@@ -127,6 +128,7 @@ class BaseReport:
     compute_time: float = 0.0
     expansions: int = 0
     clock_guard_fired: bool = False
+    emergency: bool = False
 
 
 @dataclass(frozen=True, slots=True)

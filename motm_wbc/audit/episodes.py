@@ -23,6 +23,10 @@ class Episode:
     end: float
     depth: float
 
+    def __str__(self) -> str:
+        span = f"{self.start:.2f} to {self.end:.2f} s"
+        return f"{self.first} and {self.second}, {span}, {1e3 * self.depth:.0f} mm deep"
+
 
 class EpisodeLog:
     """Collects contacts; pauses shorter than a gap don't end an episode.

@@ -32,6 +32,21 @@ def check_start(scenario: Scenario, model: RobotModel) -> None:
         )
 
 
+def check_still(scenario: Scenario) -> None:
+    """Refuse obstacles that move: navigation does not foresee them yet.
+
+    Raises:
+        InputError: names the first one.
+    """
+    for index, obstacle in enumerate(scenario.obstacles):
+        if any(obstacle.velocity):
+            raise InputError(
+                f"{obstacle.name!r} moves, which navigation does not foresee yet; legal: "
+                "[0.0, 0.0, 0.0]",
+                f"{scenario.name}: obstacles[{index}].velocity",
+            )
+
+
 def check_targets(scenario: Scenario, placement: BasePlacement, region: ReachRegion) -> None:
     """Refuse a task with a step that no placement of the base serves.
 

@@ -68,7 +68,7 @@ def limit_violation(model: RobotModel, motion: MotionTrace) -> float:
     upper, lower, largest = _velocity_bounds(model)
     excess = [
         (velocity - upper) / np.maximum(upper, 1e-9),
-        (lower - velocity) / np.maximum(-lower, 1e-9),
+        (lower - velocity) / np.where(lower < 0.0, -lower, upper),
         (np.abs(acceleration) - largest) / largest,
     ]
     ranged = np.isfinite(model.q_upper) & np.isfinite(model.q_lower)

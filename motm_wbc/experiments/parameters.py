@@ -29,6 +29,9 @@ _PRESETS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
+_ROBOT_KEYS = ("base", "arm", "gripper", "tool")
+
+
 class Parameters(Data):
     """Everything that a run can be set by."""
 
@@ -99,6 +102,8 @@ def _check_path(keys: list[str]) -> None:
     model: type[BaseModel] = Parameters
     for depth, key in enumerate(keys):
         where = "--set " + ".".join(keys[: depth + 1])
+        if depth == 0 and key in _ROBOT_KEYS:
+            raise InputError("is a key of the robot's file, not a parameter of a run", where)
         if key not in model.model_fields:
             raise UnknownName("parameter", key, model.model_fields, where)
         inner = model.model_fields[key].annotation

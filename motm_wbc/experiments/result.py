@@ -28,7 +28,7 @@ class RunSummary:
         task_time_s: when the last object's fingers had opened; None if the task failed.
         grasp_attempts: of all objects.
         first_attempt_time_s: when the first attempt began; None without one.
-        grasp_time_s: when the first grasp held; None without one.
+        grasp_time_s: when the first grasp took hold; None without one.
         base_speed_at_grasp_m_s: forward speed of the base at that moment.
         object_error_at_drop_m: largest distance of an object from its place, flat, one
             second after its release.
@@ -40,7 +40,7 @@ class RunSummary:
         limit_violation_max: largest excess of a commanded speed or acceleration as a share of
             its limit, and of the positions they integrate to as a share of the range.
         limit_violation_measured_max: the same of the measured motion.
-        goal_switches: how often the base's goal changed.
+        goal_switches: how often the base's goal changed after the first.
         fallback_steps: control steps answered below the controller's full problem.
         clock_guard_firings: searches ended by the clock.
         base_step_ms: wall time of the base steps.

@@ -18,9 +18,10 @@ import numpy as np
 from motm_wbc.audit import Audit
 from motm_wbc.basenav.placement import BasePlacement
 from motm_wbc.basenav.reach import ReachRegion
+from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.world import World
 from motm_wbc.errors import InputError
-from motm_wbc.experiments.checks import check_start, check_targets
+from motm_wbc.experiments.checks import check_start, check_still, check_targets
 from motm_wbc.experiments.parameters import Parameters
 from motm_wbc.experiments.result import RunResult
 from motm_wbc.experiments.summary import RunLog, summarise
@@ -29,7 +30,7 @@ from motm_wbc.kinematics import RobotModel, load_robot
 from motm_wbc.kinematics.urdf import BASE_JOINTS
 from motm_wbc.mission.executive import Executive, ExecutiveParameters
 from motm_wbc.mission.methods import MethodContext, new_method
-from motm_wbc.mission.reachable import hold_radius
+from motm_wbc.mission.reachable import grip_height, hold_radius, reach_of_step
 from motm_wbc.recording import Recorders, RrdRecorder, ScalarRecorder, TraceRecorder
 from motm_wbc.recording.atomic import AtomicFile
 from motm_wbc.scene.footprints import base_obstacles
@@ -74,7 +75,7 @@ class Setup:
 def run(
     scenario: Scenario,
     *,
-    robot: RobotModel | str = "frankie",
+    robot: RobotModel | str | Path = "frankie",
     method: str = "proposed",
     failure_delay: float | None = None,
     plant: str | None = None,
@@ -88,7 +89,7 @@ def run(
 
     Args:
         scenario: the world and the task.
-        robot: a loaded robot, or its name.
+        robot: a loaded robot, its name, or the path of its file.
         method: how the base is led.
         failure_delay: every grasp attempt that starts less than this after the first one
             fails [s]; None: as the scenario says.
@@ -107,7 +108,7 @@ def run(
     """
     setup = Setup(
         scenario,
-        load_robot(robot) if isinstance(robot, str) else robot,
+        robot if isinstance(robot, RobotModel) else load_robot(robot),
         method,
         plant or default_plant(),
         _failure(scenario, failure_delay),
@@ -160,10 +161,11 @@ def make_executive(setup: Setup) -> Executive:
     """
     p, model = setup.parameters, setup.model
     check_start(setup.scenario, model)
+    check_still(setup.scenario)
     reach = model.description.reach
     radius = hold_radius(model, setup.scenario, p.grasp)
     if radius <= 0.0:
-        raise InputError("a target is too high or too low for the arm", setup.scenario.name)
+        raise InputError(_out_of_arms_reach(setup), setup.scenario.name)
     region = ReachRegion(model.arm_base_xy, radius, reach.bearing_limit)
     boundary = setup.scenario.boundary
     world = World(
@@ -182,15 +184,40 @@ def make_executive(setup: Setup) -> Executive:
         region,
         p.mission.base_rate_divider * setup.dt,
         p.placement,
-        p.staa,
+        _matched(p.staa, p.mission.base_rate_divider, setup.dt),
     )
     return Executive(
-        setup.scenario,
+        setup.scenario.model_copy(update={"grasp_failure": GraspFailure()}),
         model,
         new_method(setup.method, context),
         ExecutiveParameters(p.mission, p.reach, p.grasp, p.whole_body, p.solver),
         setup.dt,
     )
+
+
+def _out_of_arms_reach(setup: Setup) -> str:
+    """Which target the arm can't work at from any distance."""
+    model, scenario = setup.model, setup.scenario
+    for index, step in enumerate(scenario.task):
+        if reach_of_step(model, scenario, index, setup.parameters.grasp) <= 0.0:
+            height = grip_height(scenario, index)
+            return (
+                f"task[{index}]: the grip on {step.object!r} would be {height:.2f} m over the "
+                "floor, too high or too low for the arm with its tool straight down"
+            )
+    return "the robot's hold_radius leaves no room to wait in"
+
+
+def _matched(staa: StaaParameters, divider: int, dt: float) -> StaaParameters:
+    """The local planner's parameters with the rates at which its commands are carried out."""
+    period = divider * dt
+    changed = {"command_period": period, "ramp_steps": divider}
+    if period > staa.step:
+        raise InputError(
+            f"a base step of {period:g} s is longer than staa.step, {staa.step:g} s",
+            "mission.base_rate_divider",
+        )
+    return staa.model_copy(update=changed)
 
 
 def open_recording(setup: Setup, path: Path) -> RrdRecorder:
@@ -249,7 +276,8 @@ def _loop(
         plant.step(report.command, audit.observe)
         clear = audit.clearances()
         recorder.scalars(truth.time, {"base": clear.base, "arm": clear.arm})
-        log.failure_reason = _failure_reason(setup, plant)
+        log.watch_releases(plant, _SETTLE)
+        log.failure_reason = _failure_reason(setup, executive, plant)
         if progress is not None:
             progress(report)
 
@@ -267,10 +295,14 @@ def _settled(executive: Executive, plant: SimulatedPlant) -> bool:
     return plant.time >= last + _SETTLE
 
 
-def _failure_reason(setup: Setup, plant: SimulatedPlant) -> str | None:
+def _failure_reason(setup: Setup, executive: Executive, plant: SimulatedPlant) -> str | None:
     truth = plant.truth()
-    if truth.time > setup.scenario.time_limit:
-        return f"the task was not done within {setup.scenario.time_limit:g} s"
+    if truth.time > setup.scenario.time_limit and not executive.done:
+        done, count = executive.steps_done, len(setup.scenario.task)
+        return (
+            f"the task was not done within {setup.scenario.time_limit:g} s: "
+            f"step {done + 1} of {count} was at {executive.stage!r}"
+        )
     lowest = min(support.top for support in setup.scenario.supports)
     for name, T_world_object in truth.objects.items():
         if name != truth.held and T_world_object[2, 3] < lowest - _FALLEN:

@@ -21,7 +21,8 @@ from motm_wbc.simulation import SimulatedPlant
 if TYPE_CHECKING:
     from motm_wbc.experiments.run import Setup
 
-_PLACED = 0.10  # [m] from its place at which an object counts as placed
+_PLACED = 0.05  # [m] from its place at which an object counts as placed
+_UPRIGHT = 0.95  # cosine of the tilt at which it still stands
 
 
 @dataclass(slots=True)
@@ -38,6 +39,7 @@ class RunLog:
         events: from the executive.
         failure_reason: why the run ended early, or None.
         wall_time: of the loop [s].
+        placed: index of a release -> pose (4, 4) of its object once it had come to rest.
     """
 
     truths: list[GroundTruth] = field(default_factory=list)
@@ -49,6 +51,13 @@ class RunLog:
     events: list[Event] = field(default_factory=list)
     failure_reason: str | None = None
     wall_time: float = 0.0
+    placed: dict[int, Array] = field(default_factory=dict)
+
+    def watch_releases(self, plant: SimulatedPlant, settle: float) -> None:
+        """Keep where each released object stands `settle` [s] later."""
+        for index, release in enumerate(plant.releases):
+            if index not in self.placed and plant.time >= release.time + settle - 1e-9:
+                self.placed[index] = plant.truth().objects[release.object].copy()
 
     def add(self, truth: GroundTruth, report: StepReport) -> None:
         """Keep one control step."""
@@ -66,9 +75,10 @@ def summarise(
     setup: Setup, executive: Executive, plant: SimulatedPlant, audit: AuditResult, log: RunLog
 ) -> RunSummary:
     """The figures of a finished run."""
-    error = _object_error(setup.scenario, plant, executive)
-    reason = log.failure_reason or _misplaced(executive, error)
-    grasp_time = min(plant.grasp_time.values(), default=None)
+    error = _object_error(setup.scenario, log, plant)
+    reason = log.failure_reason or _misplaced(setup.scenario, executive, plant, error)
+    grasps = [event.time for event in plant.events if event.kind == "grasped"]
+    grasp_time = min(grasps, default=None)
     simulated = plant.time
     return RunSummary(
         scenario=setup.scenario.name,
@@ -100,12 +110,21 @@ def summarise(
     )
 
 
-def _misplaced(executive: Executive, error: float | None) -> str | None:
+def _misplaced(
+    scenario: Scenario, executive: Executive, plant: SimulatedPlant, error: float | None
+) -> str | None:
+    """Why a run that came to its end has not done the task, or None."""
     if not executive.done:
         return "the task was not finished"
     if error is None:
         return "no object was placed"
-    return f"an object stands {error:.3f} m from its place" if error > _PLACED else None
+    if error > _PLACED:
+        return f"an object stands {error:.3f} m from its place"
+    poses = plant.truth().objects
+    for name in {step.object for step in scenario.task}:
+        if poses[name][2, 2] < _UPRIGHT:
+            return f"{name} has toppled"
+    return None
 
 
 def _task_time(events: Sequence[Event]) -> float | None:
@@ -114,15 +133,18 @@ def _task_time(events: Sequence[Event]) -> float | None:
     return _rounded(max(times)) if times else None
 
 
-def _object_error(scenario: Scenario, plant: SimulatedPlant, executive: Executive) -> float | None:
-    """Largest flat distance of a placed object from its last place [m]."""
-    places = {
-        step.object: step.at
-        for step in scenario.task[: executive.steps_done]
-        if step.at is not None
-    }
-    truth = plant.truth()
-    errors = [math.dist(truth.objects[name][:2, 3], at) for name, at in places.items()]
+def _object_error(scenario: Scenario, log: RunLog, plant: SimulatedPlant) -> float | None:
+    """Largest flat distance of a released object from where its step puts it [m]."""
+    wanted: dict[str, list[tuple[float, float]]] = {}
+    for step in scenario.task:
+        if step.at is not None:
+            wanted.setdefault(step.object, []).append(step.at)
+    errors = []
+    for index, pose in sorted(log.placed.items()):
+        name = plant.releases[index].object
+        before = sum(release.object == name for release in plant.releases[:index])
+        places = wanted[name]
+        errors.append(math.dist(pose[:2, 3], places[min(before, len(places) - 1)]))
     return max(errors, default=None)
 
 

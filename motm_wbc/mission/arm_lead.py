@@ -11,20 +11,20 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.interfaces import Event, RobotState, WorldState
 from motm_wbc.kinematics import Configuration, RobotModel
 from motm_wbc.mission.arrival import Arrival
-from motm_wbc.mission.cylinder import CylinderPoint, arm_base_position, as_cylinder
-from motm_wbc.mission.grip import grasp_yaws, grip_in_tool
+from motm_wbc.mission.cylinder import arm_base_position, as_cylinder
+from motm_wbc.mission.grip import grip_in_tool
+from motm_wbc.mission.machines import MachineFactory
 from motm_wbc.mission.orientation import top_down, yaw_of
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
 from motm_wbc.mission.pick import PickMachine
 from motm_wbc.mission.place import PlaceMachine
-from motm_wbc.mission.reachable import reach_of_step
-from motm_wbc.mission.stages import Moment, Stage, ToolOrder
+from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder
 from motm_wbc.mission.tool_reference import ToolMotion, ToolReference
-from motm_wbc.mission.tool_yaw import YawRange, bearing_sweep, yaw_range
+from motm_wbc.mission.tool_yaw import bearing_sweep
 from motm_wbc.qp import ToolTask
 from motm_wbc.scene.scenario import Scenario, Step
 
-_OPENING_SHARE = 0.25  # of the full way: fingers that closed on nothing stand this far off
+_SLOW = 0.05  # [m/s] below which a base counts as this fast where its speed divides
 _MOVED = 0.01  # [m] by which a target has to move for the base to take notice
 _FREE = 0.0
 _FIXED = 1.0
@@ -72,15 +72,10 @@ class ArmLead:
         self._scenario = scenario
         self._model = model
         self._reach = reach
-        self._grasp = grasp
-        self._gripper = model.description.gripper
+        self._open_width = model.description.gripper.max_width
         self._R_tool_grip = grip_in_tool(model.description)
-        self._yaws = {
-            thing.name: grasp_yaws(thing, self._gripper.max_width) for thing in scenario.objects
-        }
-        self._reaches = [reach_of_step(model, scenario, step, grasp) for step in scenario.task]
+        self._machines = MachineFactory(scenario, model, reach, grasp)
         self._reference = ToolReference(reach, model.arm_base_xy, dt)
-        self._yaw_ranges: dict[float, YawRange] = {}
         self.step_index = 0
         self.held: str | None = None
         self.T_tool_held: Array | None = None
@@ -118,11 +113,8 @@ class ArmLead:
         That is the one just placed until the hand sets out for another.
         """
         step = self.step
-        if step is None or (
-            self._last_placed is not None
-            and self._machine is not None
-            and self._machine.stage is Stage.TRAVEL
-        ):
+        sets_out = isinstance(self._machine, PickMachine) and self._machine.stage is Stage.TRAVEL
+        if step is None or (sets_out and self._last_placed is not None):
             return self._last_placed
         return step.object
 
@@ -133,7 +125,7 @@ class ArmLead:
 
     def reach(self, index: int) -> float:
         """Distance from the arm's base within which a step's target can be worked on [m]."""
-        return self._reaches[min(index, len(self._reaches) - 1)]
+        return self._machines.reach(index)
 
     def target_xy(self, index: int, world: WorldState) -> Array | None:
         """(2,) where a step acts [m]; None beyond the last."""
@@ -181,17 +173,16 @@ class ArmLead:
         now = self._moment(state, world, configuration, arrival)
         target = self.target_xy(self.step_index, world)
         assert target is not None
-        sweep = (
-            bearing_sweep(pass_poses, self._model.arm_base_xy, target, self.reach(self.step_index))
-            if len(pass_poses)
-            else np.zeros(1)
-        )
-        outcome = self._machine.update(now, sweep, self._carry_point())
+        outcome = self._update(self._machine, now, pass_poses, target)
         motion = ToolMotion(now.T_world_tool, state.base_pose, base_twist)
         task = self._task(outcome.order, motion, arrival)
         error = self._error(outcome.order, now)
+        if isinstance(self._machine, PlaceMachine) and self._machine.released:
+            self.held, self.T_tool_held = None, None
         if outcome.stage is Stage.DONE:
             self._finish(configuration, world, state)
+        elif outcome.stage is Stage.LOST:
+            self._lose()
         return ArmStep(
             task,
             outcome.order.gripper_width,
@@ -201,6 +192,17 @@ class ArmLead:
             outcome.order.may_touch,
             outcome.events,
         )
+
+    def _update(
+        self, machine: PickMachine | PlaceMachine, now: Moment, pass_poses: Array, target: Array
+    ) -> Outcome:
+        if isinstance(machine, PlaceMachine):
+            return machine.update(now, self._machines.carry_point(machine.name))
+        sweep = np.array([now.target_bearing])
+        if len(pass_poses):
+            reach = self.reach(self.step_index)
+            sweep = bearing_sweep(pass_poses, self._model.arm_base_xy, target, reach)
+        return machine.update(now, sweep)
 
     def _moment(
         self,
@@ -222,29 +224,39 @@ class ArmLead:
             T_world_tool=T_world_grip,
             tool_velocity=configuration.J_tool[:3] @ inputs,
             T_world_object=world.objects[step.object],
-            base_pose=state.base_pose,
             gripper_width=state.gripper_width,
             fingers_loaded=state.fingers_loaded,
             arrival=arrival,
-            reach_time=self._reach_time(T_world_grip[:3, 3], state.base_pose, target, arrival),
+            start_before=self._start_before(T_world_grip[:3, 3], state, target, arrival),
             in_range=math.dist(centre, target) <= self.reach(self.step_index),
             tool_bearing=_bearing(centre, T_world_grip[:2, 3]),
             target_bearing=_bearing(centre, target),
         )
 
-    def _reach_time(
-        self, tool: Array, base_pose: Array, target: Array, arrival: Arrival | None
+    def _start_before(
+        self, tool: Array, state: RobotState, target: Array, arrival: Arrival | None
     ) -> float:
-        """Estimated duration of the reach to where the target will come into range [s]."""
+        """Time before the target comes into range at which the reach has to start [s].
+
+        The arm's own time to where the target will be, with some lead; in the literal form
+        MotM's d/(k_A v), which starts it seconds earlier.
+        """
+        p = self._reach
         if arrival is None:
-            return self._reach.shortest
+            return p.lead * p.shortest
         still, arm_xy = np.zeros(3), self._model.arm_base_xy
-        now = as_cylinder(tool, still, base_pose, still, arm_xy)
+        now = as_cylinder(tool, still, state.base_pose, still, arm_xy)
         there = as_cylinder(np.array([*target, 0.0]), still, arrival.base_pose, still, arm_xy)
-        return max(
-            abs(there.bearing - now.bearing) / self._reach.typical_bearing_rate,
-            abs(there.radius - now.radius) / self._reach.typical_speed,
-            self._reach.shortest,
+        if p.form == "quintic":
+            aside = there.bearing - now.bearing
+            flat = now.radius**2 + there.radius**2
+            away = math.sqrt(flat - 2.0 * now.radius * there.radius * math.cos(aside))
+            speed = max(abs(float(state.base_velocity[0])), _SLOW)
+            return away / (p.arrival_gain * speed)
+        return p.lead * max(
+            abs(there.bearing - now.bearing) / p.typical_bearing_rate,
+            abs(there.radius - now.radius) / p.typical_speed,
+            p.shortest,
         )
 
     def _task(self, order: ToolOrder, tool: ToolMotion, arrival: Arrival | None) -> ToolTask | None:
@@ -285,7 +297,6 @@ class ArmLead:
             self.T_tool_held = T_tool_world @ world.objects[step.pick]
             self._held_width = state.gripper_width
         else:
-            self.held, self.T_tool_held = None, None
             self._last_placed = step.object
         self.step_index += 1
         self._machine = self._new_machine()
@@ -294,57 +305,16 @@ class ArmLead:
         step = self.step
         if step is None:
             return None
-        return self._pick(step.pick) if step.pick is not None else self._place(step)
-
-    def _pick(self, name: str) -> PickMachine:
-        thing = self._scenario.object(name)
-        height = self._scenario.T_world_object(name)[2, 3] + thing.grasp_height
-        gripper = self._gripper
-        return PickMachine(
-            name,
-            grasp_height=thing.grasp_height,
-            yaws=self._yaws[name],
-            yaw_range=self._yaw_range(float(height)),
-            open_width=gripper.max_width,
-            closing_time=gripper.min_closing_time,
-            opening_time=_OPENING_SHARE * gripper.max_width / gripper.opening_speed,
-            grasp=self._grasp,
-            reach=self._reach,
-        )
-
-    def _place(self, step: Step) -> PlaceMachine:
+        if step.pick is not None:
+            return self._machines.pick(self.step_index)
         assert self.T_tool_held is not None
-        T_grip_tool = np.eye(4)
-        T_grip_tool[:3, :3] = self._R_tool_grip.T
-        return PlaceMachine(
-            step.object,
-            self._scenario.T_world_drop(step),
-            T_grip_tool @ self.T_tool_held,
-            closed_width=self._held_width,
-            open_width=self._gripper.max_width,
-            grasp=self._grasp,
-            reach=self._reach,
-        )
+        return self._machines.place(self.step_index, self.T_tool_held, self._held_width)
 
-    def _yaw_range(self, height: float) -> YawRange:
-        """What the wrist can hold at a grasp's height, found once for each height."""
-        if height not in self._yaw_ranges:
-            radius = self._model.description.reach.hold_radius
-            self._yaw_ranges[height] = yaw_range(self._model, radius, height)
-        return self._yaw_ranges[height]
-
-    def _carry_point(self) -> CylinderPoint:
-        """Where the grip carries an object: in front of the arm, above all supports."""
-        highest = max(support.top for support in self._scenario.supports)
-        below = 0.0 if self.T_tool_held is None else self._object_below_grip()
-        height = highest + self._grasp.carry_clearance + below
-        return CylinderPoint(self._grasp.carry_radius, 0.0, height, 0.0, 0.0, 0.0)
-
-    def _object_below_grip(self) -> float:
-        """How far the held object reaches below the grip [m]."""
-        assert self.held is not None and self.T_tool_held is not None
-        thing = self._scenario.object(self.held)
-        return max(0.0, 0.5 * thing.top + thing.grasp_height)
+    def _lose(self) -> None:
+        """The load slipped out: back to the step that picks it."""
+        self.held, self.T_tool_held = None, None
+        self.step_index -= 1
+        self._machine = self._new_machine()
 
     def _step_at(self, index: int) -> Step | None:
         task = self._scenario.task
@@ -352,7 +322,7 @@ class ArmLead:
 
     def _resting(self) -> ArmStep:
         self._reference.reset()
-        return ArmStep(None, self._gripper.max_width, Stage.DONE, None, math.nan, False, ())
+        return ArmStep(None, self._open_width, Stage.DONE, None, math.nan, False, ())
 
 
 def _bearing(centre: Array, point: Array) -> float:

@@ -78,12 +78,21 @@ class BaseLead:
         self._count = 0
         self._decision: BaseDecision | None = None
         self._goal: Array | None = None
+        self._has_goal = False
+        self._emergency = False
         self.goal_switches = 0
 
     @property
     def pass_poses(self) -> Array:
         """(m, 3) poses of the pass that the last decision foresaw."""
         return np.empty((0, 3)) if self._decision is None else self._decision.pass_poses
+
+    @property
+    def horizon(self) -> float:
+        """Time up to which the last decision foresaw the base's way [s]."""
+        if self._decision is None or len(self._decision.prediction) == 0:
+            return 0.0
+        return float(self._decision.prediction[-1, 0])
 
     def step(self, now: BaseMoment) -> BaseStep:
         """The base reference of this control step."""
@@ -110,14 +119,13 @@ class BaseLead:
     def _decide(self, now: BaseMoment) -> tuple[BaseDecision, tuple[Event, ...]]:
         """The method's decision; a method that raises stops the base instead of the loop."""
         try:
-            decision = self._method.decide(now)
+            decision = _checked(self._method.decide(now))
+            events = self._goal_events(now.time, decision.report.goal)
+            events += self._emergency_events(now.time, decision.report.emergency)
         except Exception as error:
             event = Event(now.time, "method_failed", f"{type(error).__name__}: {error}", "error")
             return self._stop(now), (event,)
-        if not np.all(np.isfinite(decision.acceleration)):
-            event = Event(now.time, "method_failed", "acceleration is not finite", "error")
-            return self._stop(now), (event,)
-        return decision, self._goal_events(now.time, decision.report.goal)
+        return decision, events
 
     def _stop(self, now: BaseMoment) -> BaseDecision:
         """Brake on the arc that the base is on."""
@@ -144,15 +152,37 @@ class BaseLead:
             ),
         )
 
+    def _emergency_events(self, time: float, emergency: bool) -> tuple[Event, ...]:
+        before, self._emergency = self._emergency, emergency
+        if not emergency or before:
+            return ()
+        return (Event(time, "emergency", "nothing but braking is safe", "warn"),)
+
     def _goal_events(self, time: float, goal: Array | None) -> tuple[Event, ...]:
         before, self._goal = self._goal, goal
-        if _same(before, goal):
+        if self._has_goal and _same(before, goal):
             return ()
-        self.goal_switches += 1
+        self.goal_switches += int(self._has_goal)
+        self._has_goal = True
         if goal is None:
             return (Event(time, "goal", "brake to a stop here"),)
         x, y, heading = goal
         return (Event(time, "goal", f"goal ({x:.2f}, {y:.2f}, {heading:.2f} rad)"),)
+
+
+def _checked(decision: BaseDecision) -> BaseDecision:
+    """The decision, if it is one that can be carried out.
+
+    Raises:
+        ValueError: it is not; says why.
+    """
+    if np.shape(decision.acceleration) != (2,) or not np.all(np.isfinite(decision.acceleration)):
+        raise ValueError("the acceleration must be two finite numbers")
+    for name, width in (("prediction", 4), ("pass_poses", 3)):
+        shape = np.shape(getattr(decision, name))
+        if len(shape) != 2 or shape[1] != width:
+            raise ValueError(f"{name} must have {width} columns, its shape is {shape}")
+    return decision
 
 
 def _same(first: Array | None, second: Array | None) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.base_motion import BaseKind
+from motm_wbc.geometry.base_motion import BaseKind, stopping_time
 from motm_wbc.interfaces import Command, Event, RobotState, StepReport, WorldState
 from motm_wbc.kinematics import RobotModel
 from motm_wbc.mission.arm_lead import ArmLead, ArmStep
@@ -83,6 +84,10 @@ class Executive:
         self._attempt_time = parameters.grasp.typical_time
         self._base_command = np.zeros(model.n_base)
         self._arm_command = np.zeros(model.n_arm)
+        self._gripper_width = model.description.gripper.max_width
+        self._seen = {thing.name: scenario.T_world_object(thing.name) for thing in scenario.objects}
+        self._dt = dt
+        self._stage = Stage.TRAVEL.value
         self._rung = "full"
 
     @property
@@ -96,6 +101,11 @@ class Executive:
         return self._arm.step_index
 
     @property
+    def stage(self) -> str:
+        """What the arm is at."""
+        return self._stage
+
+    @property
     def goal_switches(self) -> int:
         """How often the base's goal has changed so far."""
         return self._base.goal_switches
@@ -107,6 +117,12 @@ class Executive:
             state: the robot's own sensors.
             world: what is seen of the world, of the same instant.
         """
+        try:
+            return self._step(state, self._with_unseen(world))
+        except Exception as error:
+            return self._stop(state, f"{type(error).__name__}: {error}")
+
+    def _step(self, state: RobotState, world: WorldState) -> StepReport:
         base = self._base.step(self._base_moment(state, world))
         started = time.perf_counter()
         reference = self._inputs(base.reference)
@@ -122,7 +138,30 @@ class Executive:
             None if target is None else self._base.arrival(target, reach),
         )
         result = self._solve(state, world, reference, arm)
-        self._base_command, self._arm_command = result.base, result.arm
+        return self._report(state, base, reference, arm, result, started)
+
+    def _with_unseen(self, world: WorldState) -> WorldState:
+        """The world with the objects that are not seen now where they were seen last."""
+        self._seen.update(world.objects)
+        return replace(world, objects=dict(self._seen))
+
+    def _stop(self, state: RobotState, why: str) -> StepReport:
+        """A safe answer to what should not happen: brake on the arc, keep the grip."""
+        started = time.perf_counter()
+        v, omega = float(self._base_command[0]), float(self._base_command[-1])
+        steps = max(stopping_time(v, omega, self._model.base_limits) / self._dt, 1.0)
+        reference = self._base_command * (1.0 - 1.0 / steps)
+        result = self._controller.step(
+            base_pose=state.base_pose,
+            q=state.q,
+            previous=(self._base_command, self._arm_command),
+            tool=None,
+            base=BaseTask(reference),
+            gripper_width=state.gripper_width,
+        )
+        event = Event(state.time, "fault", why, "error")
+        arm = ArmStep(None, self._gripper_width, Stage.TRAVEL, None, math.nan, False, (event,))
+        base = BaseStep(reference, None, ())
         return self._report(state, base, reference, arm, result, started)
 
     def _solve(
@@ -152,7 +191,6 @@ class Executive:
             step_index=index,
             target=self._arm.steady_target_xy(index, world),
             next_target=self._arm.steady_target_xy(index + 1, world),
-            pending=True,
             wait=self._wait(state, world, index),
             attempts_fail=self._arm.attempts_fail,
         )
@@ -164,7 +202,7 @@ class Executive:
             return 0.0
         reach = self._arm.reach(index)
         arrival = self._base.arrival(target, reach)
-        until = 0.0 if arrival is None else arrival.time
+        until = self._base.horizon if arrival is None else arrival.time
         return expected_wait(state.time, self._arm.first_attempt, until, self._attempt_time)
 
     def _inputs(self, reference: Array) -> Array:
@@ -189,6 +227,8 @@ class Executive:
         started: float,
     ) -> StepReport:
         events = [*base.events, *arm.events]
+        self._base_command, self._arm_command = result.base, result.arm
+        self._gripper_width, self._stage = arm.gripper_width, arm.stage.value
         if result.rung != self._rung:
             level = "info" if result.rung == "full" else "warn"
             text = f"controller answers on rung {result.rung}: {result.reason or 'recovered'}"
@@ -200,7 +240,7 @@ class Executive:
             base_reference=reference,
             T_world_target=arm.T_world_target,
             tool_error=arm.tool_error,
-            stage=Stage(arm.stage).value,
+            stage=arm.stage.value,
             rung=result.rung,
             active=result.active,
             step_index=self._arm.step_index,

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 
 
@@ -40,11 +39,3 @@ def _half_turn(R: Array, angle: float) -> Array:
     column = int(np.argmax(np.diag(outer)))
     axis = outer[:, column] / math.sqrt(max(outer[column, column], 1e-12))
     return np.asarray(angle * axis / max(float(np.linalg.norm(axis)), 1e-12))
-
-
-def nearest_equivalent(yaw: float, reference: float, symmetry: float) -> float:
-    """The yaw equal to `yaw` modulo `symmetry` [rad] that is nearest to `reference`."""
-    if symmetry <= 0.0:
-        return reference
-    steps = round(wrap(reference - yaw) / symmetry)
-    return yaw + steps * symmetry

@@ -74,6 +74,8 @@ class GraspParameters(Data):
     """A closing gripper that feels nothing this long after its closing time opens again [s]."""
     typical_time: Time = 0.8
     """From coming into range to the end of a first attempt that holds, to plan by [s]."""
+    slip_time: Time = 0.15
+    """A hand that has felt nothing for this long has lost what it carried [s]."""
     lift: Distance = 0.05
     """The object is lifted straight up by this much before it is carried off [m]."""
     release_distance: Distance = 0.012

@@ -9,7 +9,6 @@ import numpy as np
 
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.interfaces import Event
-from motm_wbc.mission.cylinder import CylinderPoint
 from motm_wbc.mission.orientation import rotation_error, top_down, yaw_of
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
 from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, is_due, rest_order
@@ -29,8 +28,8 @@ class PickMachine:
         yaws: Sequence[float],
         yaw_range: YawRange,
         open_width: float,
+        opened_width: float,
         closing_time: float,
-        opening_time: float,
         grasp: GraspParameters,
         reach: ReachParameters,
     ) -> None:
@@ -42,8 +41,8 @@ class PickMachine:
             yaws: of the grip frame relative to the object that fit; none: any.
             yaw_range: what the arm can hold.
             open_width: of the gripper [m].
+            opened_width: from which on it counts as open [m].
             closing_time: what closing on the object takes [s].
-            opening_time: what opening takes after a failed attempt [s].
             grasp: distances and times.
             reach: speeds.
         """
@@ -56,21 +55,19 @@ class PickMachine:
         self._yaws = yaws
         self._yaw_range = yaw_range
         self._open_width = open_width
+        self._opened_width = opened_width
         self._closing_time = closing_time
-        self._opening_time = opening_time
         self._p = grasp
         self._reach = reach
         self._yaw: float | None = None
         self._attempt_start = -math.inf
-        self._opening_since = -math.inf
 
-    def update(self, now: Moment, sweep: Array, carry: CylinderPoint) -> Outcome:
+    def update(self, now: Moment, sweep: Array) -> Outcome:
         """Advance to this moment and say what the arm shall do.
 
         Args:
             now: the moment, with the grip frame as its tool frame.
             sweep: (k,) world bearings of the object along the pass [rad].
-            carry: where the tool waits while nothing is in range; unused with an open hand.
         """
         events = self._advance(now, sweep)
         if self.stage is Stage.TRAVEL:
@@ -78,7 +75,7 @@ class PickMachine:
         return Outcome(self._order(now), self.stage, events)
 
     def _advance(self, now: Moment, sweep: Array) -> tuple[Event, ...]:
-        if self.stage is Stage.TRAVEL and is_due(now, self._reach.lead):
+        if self.stage is Stage.TRAVEL and is_due(now):
             self._choose(now, sweep)
             self.stage = Stage.REACH
         elif self.stage is Stage.REACH:
@@ -92,7 +89,7 @@ class PickMachine:
 
     def _try(self, now: Moment, sweep: Array) -> tuple[Event, ...]:
         """Start an attempt when everything is still, or go back to hovering when it is lost."""
-        if self.stage is Stage.REOPEN and now.time - self._opening_since < self._opening_time:
+        if self.stage is Stage.REOPEN and now.gripper_width < self._opened_width:
             return ()
         if self._beside(now) > self._p.lost_distance:
             self.stage = Stage.REACH
@@ -122,7 +119,6 @@ class PickMachine:
         if elapsed > self._closing_time + self._p.patience:
             self.stage = Stage.REOPEN
             self.failed = True
-            self._opening_since = now.time
             text = f"attempt {self.attempts} on {self.name} closed on nothing"
             return (Event(now.time, "missed", text, "warn"),)
         return ()

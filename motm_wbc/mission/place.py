@@ -15,6 +15,9 @@ from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, is_due
 _TOUCHING_LIFT = 0.01  # [m] of lift up to which an object may touch the support it leaves
 
 
+_HOLDING = (Stage.LIFT, Stage.TRAVEL, Stage.REACH, Stage.DESCEND)
+
+
 class PlaceMachine:
     """Stages of placing the held object; one instance for one place step."""
 
@@ -48,6 +51,7 @@ class PlaceMachine:
         self._open_width = open_width
         self._p = grasp
         self._reach = reach
+        self._felt = math.inf
         self._start: Array | None = None
         self._retreat_from: Array | None = None
 
@@ -56,12 +60,11 @@ class PlaceMachine:
         """The fingers have opened over the drop."""
         return self.stage in (Stage.RETREAT, Stage.DONE)
 
-    def update(self, now: Moment, sweep: Array, carry: CylinderPoint) -> Outcome:
+    def update(self, now: Moment, carry: CylinderPoint) -> Outcome:
         """Advance to this moment and say what the arm shall do.
 
         Args:
             now: the moment, with the grip frame as its tool frame.
-            sweep: unused: any yaw of the object will do where it is dropped.
             carry: where the tool carries the object, in the moving arm's coordinates.
         """
         events = self._advance(now)
@@ -70,10 +73,13 @@ class PlaceMachine:
     def _advance(self, now: Moment) -> tuple[Event, ...]:
         if self._start is None:
             self._start = now.tool_position.copy()
+        if self.stage in _HOLDING and self._has_slipped(now):
+            self.stage = Stage.LOST
+            return (Event(now.time, "lost", f"{self.name} slipped out of the hand", "warn"),)
         if self.stage is Stage.LIFT:
             if now.tool_position[2] - self._start[2] >= self._p.lift:
                 self.stage = Stage.TRAVEL
-        elif self.stage is Stage.TRAVEL and is_due(now, self._reach.lead):
+        elif self.stage is Stage.TRAVEL and is_due(now):
             self.stage = Stage.REACH
         elif self.stage in (Stage.REACH, Stage.DESCEND):
             return self._lower(now)
@@ -84,6 +90,12 @@ class PlaceMachine:
             if now.tool_position[2] - self._retreat_from[2] >= 0.9 * self._p.retreat:
                 self.stage = Stage.DONE
         return ()
+
+    def _has_slipped(self, now: Moment) -> bool:
+        """The fingers have felt nothing for a while, though they should hold the object."""
+        if now.fingers_loaded:
+            self._felt = now.time
+        return now.time - self._felt > self._p.slip_time
 
     def _lower(self, now: Moment) -> tuple[Event, ...]:
         offset = now.tool_position - self._release_point(now)
@@ -137,7 +149,7 @@ class PlaceMachine:
             climb = self._reach.speed
         elif self.stage in (Stage.DESCEND, Stage.RELEASE):
             touching = True
-        if self.stage in (Stage.RELEASE, Stage.RETREAT, Stage.DONE):
+        if self.stage in (Stage.RELEASE, Stage.RETREAT, Stage.DONE, Stage.LOST):
             width = self._open_width
         if self.stage in (Stage.RETREAT, Stage.DONE):
             assert self._retreat_from is not None

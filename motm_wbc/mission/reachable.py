@@ -14,7 +14,7 @@ from motm_wbc.kinematics.inverse import solve_ik
 from motm_wbc.mission.grip import grip_in_tool
 from motm_wbc.mission.orientation import top_down
 from motm_wbc.mission.parameters import GraspParameters
-from motm_wbc.scene.scenario import Scenario, Step
+from motm_wbc.scene.scenario import Scenario
 
 _YAW_FREE = (1.0, 1.0, 1.0)
 _STEP = 0.01  # [m] between sampled radii
@@ -39,19 +39,20 @@ def reachable_radius(model: RobotModel, height: float) -> float:
     return float(radii[good][0]) if quality.max() > 0.0 else 0.0
 
 
-def grip_height(scenario: Scenario, step: Step) -> float:
-    """Height of the grip at a step's target [m]."""
+def grip_height(scenario: Scenario, index: int) -> float:
+    """Height of the grip at a step's target, wherever earlier steps have put it [m]."""
+    step = scenario.task[index]
     thing = scenario.object(step.object)
-    if step.pick is not None:
-        return float(scenario.T_world_object(step.object)[2, 3]) + thing.grasp_height
-    return float(scenario.T_world_drop(step)[2, 3]) + thing.grasp_height
+    placed = [s for s in scenario.task[: index + 1] if s.place == step.object]
+    stands = scenario.T_world_drop(placed[-1]) if placed else scenario.T_world_object(thing.name)
+    return float(stands[2, 3]) + thing.grasp_height
 
 
 def reach_of_step(
-    model: RobotModel, scenario: Scenario, step: Step, grasp: GraspParameters
+    model: RobotModel, scenario: Scenario, index: int, grasp: GraspParameters
 ) -> float:
     """Radius from which a step's target can be hovered over, and so worked on [m]."""
-    return reachable_radius(model, grip_height(scenario, step) + grasp.hover)
+    return reachable_radius(model, grip_height(scenario, index) + grasp.hover)
 
 
 def hold_radius(model: RobotModel, scenario: Scenario, grasp: GraspParameters) -> float:
@@ -60,7 +61,8 @@ def hold_radius(model: RobotModel, scenario: Scenario, grasp: GraspParameters) -
     It is as much shorter than the reach as the robot's file has it.
     """
     reach = model.description.reach
-    least = min(reach_of_step(model, scenario, step, grasp) for step in scenario.task)
+    count = len(scenario.task)
+    least = min(reach_of_step(model, scenario, index, grasp) for index in range(count))
     return max(least - (reach.grasp_range - reach.hold_radius), 0.0)
 
 

@@ -24,6 +24,7 @@ class Stage(enum.StrEnum):
     REOPEN = "reopen"
     RELEASE = "release"
     RETREAT = "retreat"
+    LOST = "lost"
     DONE = "done"
 
 
@@ -36,11 +37,10 @@ class Moment:
         T_world_tool: (4, 4).
         tool_velocity: (3,) of the tool's origin in the world [m/s].
         T_world_object: (4, 4) of the step's object.
-        base_pose: (3,).
         gripper_width: [m].
         fingers_loaded: both fingers feel something.
         arrival: when the step's target comes into range; None if never on the present plan.
-        reach_time: what the reach to the place of arrival is estimated to take [s].
+        start_before: time before the arrival at which the reach has to start [s].
         in_range: the target is in range now.
         tool_bearing: of the tool from the arm's base, in the world [rad].
         target_bearing: of the step's target, likewise [rad].
@@ -50,11 +50,10 @@ class Moment:
     T_world_tool: Array
     tool_velocity: Array
     T_world_object: Array
-    base_pose: Array
     gripper_width: float
     fingers_loaded: bool
     arrival: Arrival | None
-    reach_time: float
+    start_before: float
     in_range: bool
     tool_bearing: float
     target_bearing: float
@@ -109,8 +108,8 @@ def rest_order(gripper_width: float) -> ToolOrder:
     return ToolOrder(None, None, None, 0.0, gripper_width, None)
 
 
-def is_due(now: Moment, lead: float) -> bool:
+def is_due(now: Moment) -> bool:
     """Whether the reach has to start now to be there when the target comes into range."""
     if now.in_range:
         return True
-    return now.arrival is not None and now.arrival.time <= lead * now.reach_time
+    return now.arrival is not None and now.arrival.time <= now.start_before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from motm_wbc.errors import UnknownName
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.scene.files import Data, parse, read_toml
 from motm_wbc.scene.finder import find_scenario
-from motm_wbc.scene.solids import Name, Object, Obstacle, Point, Support
+from motm_wbc.scene.solids import Name, Object, Obstacle, Point, Support, require_simple
 
 
 class Start(Data):
@@ -23,6 +24,12 @@ class Start(Data):
 
     pose: tuple[float, float, float]
     """x [m], y [m], heading [rad] of the base."""
+
+    @model_validator(mode="after")
+    def _is_in_radians(self) -> Start:
+        if abs(self.pose[2]) > math.tau:
+            raise ValueError(f"the heading is in radians, at most one turn (got {self.pose[2]})")
+        return self
 
 
 class Step(Data):
@@ -58,8 +65,8 @@ class Step(Data):
 class Sensing(Data):
     """Noise and delay of what the robot is told. All zero: it is told the truth."""
 
-    delay: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0
-    """Age of every sample when the controller gets it [s]."""
+    delay: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
+    """Age of every sample when the controller gets it [s]; it is not compensated."""
     object_position_noise: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
     """Standard deviation of a seen object's position, each axis [m]."""
     base_position_noise: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
@@ -121,6 +128,24 @@ class Scenario(Data):
                     f"{where} places {step.place!r}, but the gripper holds {held or 'nothing'}"
                 )
             held = step.pick
+        if held is not None:
+            raise ValueError(f"the task ends with {held!r} in the gripper; place it somewhere")
+        return self
+
+    @model_validator(mode="after")
+    def _boundary_is_simple(self) -> Scenario:
+        if self.boundary is not None:
+            require_simple(self.boundary, "boundary")
+        return self
+
+    @model_validator(mode="after")
+    def _objects_are_apart(self) -> Scenario:
+        for first, second in combinations(self.objects, 2):
+            if first.on != second.on:
+                continue
+            shared = Polygon(first.footprint()).intersection(Polygon(second.footprint()))
+            if shared.area > 1e-9:
+                raise ValueError(f"objects {first.name!r} and {second.name!r} overlap")
         return self
 
     @model_validator(mode="after")

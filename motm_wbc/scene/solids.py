@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
+from shapely import get_coordinates
 from shapely.geometry import Polygon
 
 from motm_wbc.geometry import polygons
@@ -21,6 +23,17 @@ def _inside_world(values: tuple[float, ...]) -> tuple[float, ...]:
     if any(abs(value) > _WORLD_SIZE for value in values):
         raise ValueError(f"coordinates are metres, at most {_WORLD_SIZE:g} from the origin")
     return values
+
+
+def require_simple(outline: Sequence[tuple[float, float]], key: str) -> None:
+    """Refuse what is no simple polygon with an area.
+
+    Raises:
+        ValueError: names the key.
+    """
+    shape = Polygon(outline) if len(outline) >= 3 else None
+    if shape is None or not shape.is_valid or shape.area < 1e-9:
+        raise ValueError(f"{key} must be a simple polygon with an area, of three points or more")
 
 
 Length = Annotated[float, Field(gt=0.0, le=_WORLD_SIZE)]
@@ -68,9 +81,7 @@ class Solid(Data):
                 f"got {' and '.join(sorted(given)) or 'none of them'}"
             )
         if self.outline is not None:
-            shape = Polygon(self.outline) if len(self.outline) >= 3 else None
-            if shape is None or not shape.is_valid or shape.area < 1e-9:
-                raise ValueError("outline must be a simple polygon with an area")
+            require_simple(self.outline, "outline")
         return self
 
     @property
@@ -122,6 +133,14 @@ class Object(Solid):
     """[kg]."""
     friction: Annotated[float, Field(gt=0.0, le=5.0)] = 0.8
     """Coefficient of friction against fingers and supports."""
+
+    @property
+    def narrowest(self) -> float:
+        """Least width, seen from above [m]."""
+        if self.radius is not None:
+            return 2.0 * self.radius
+        corners = get_coordinates(Polygon(self.outline_in_body()).minimum_rotated_rectangle)
+        return float(np.hypot(*np.diff(corners, axis=0).T).min())
 
     @property
     def grasp_height(self) -> float:

@@ -50,6 +50,9 @@ def changed(tmp_path, old, new, name="line"):
         (["run"], "Missing argument"),
         (["rum", "line"], "rum"),
         (["check", "nothing"], "unknown robot or scenario"),
+        (["check", "line", "--robot", "nobody"], "unknown robot"),
+        (["run", "line", "--set", "base.v_max=9"], "key of the robot's file"),
+        (["run", "line", "--set", "mission.base_rate_divider=60"], "longer than staa.step"),
     ],
 )
 def test_bad_words(capsys, words, expected):
@@ -68,6 +71,13 @@ def test_bad_words(capsys, words, expected):
         ("radius = 0.2", "radius = 0.9", "no place of the base"),
         ("size = [0.4, 0.4, 0.6]", "size = [2.4, 2.4, 0.6]", "could be placed"),
         ("size = [0.05, 0.05, 0.05]", "size = [0.15, 0.15, 0.05]", "gripper takes at most"),
+        ("height = 0.6", "height = 1.9", "too high or too low for the arm"),
+        (
+            "[[objects]]",
+            '[[obstacles]]\nname = "cart"\nshape = "box"\nsize = [0.3, 0.3, 0.3]\n'
+            "position = [3.0, 0.0]\nvelocity = [0.1, 0.0, 0.0]\n\n[[objects]]",
+            "'cart' moves",
+        ),
     ],
 )
 def test_bad_scenarios(capsys, tmp_path, old, new, expected):

@@ -49,7 +49,6 @@ def moment(v=0.0, omega=0.0, time=0.0) -> BaseMoment:
         step_index=0,
         target=np.array([1.0, 0.0]),
         next_target=None,
-        pending=True,
         wait=0.0,
         attempts_fail=False,
     )
@@ -80,7 +79,9 @@ def test_the_method_is_asked_once_a_base_step():
     assert [k for k, report in enumerate(reports) if report is not None] == [0, 6, 12]
 
 
-@pytest.mark.parametrize("answer", [ValueError("lost"), decision([math.nan, 0.0])])
+@pytest.mark.parametrize(
+    "answer", [ValueError("lost"), decision([math.nan, 0.0]), decision([1.0]), None]
+)
 def test_a_method_that_fails_stops_the_base(answer):
     led = lead(answer)
     v, omega = 0.5, 0.8
@@ -97,6 +98,9 @@ def test_goal_switches_are_counted_and_told():
     led = lead(decision([0.0, 0.0], goal=np.array([1.0, 0.0, 0.0])))
     kinds = [event.kind for k in range(12) for event in led.step(moment(time=k * DT)).events]
     assert kinds == ["goal"]
+    assert led.goal_switches == 0  # the first goal is no switch
+    led._method.answer = decision([0.0, 0.0], goal=np.array([2.0, 0.0, 0.0]))
+    led.step(moment(time=12 * DT))
     assert led.goal_switches == 1
 
 

@@ -6,14 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motm_wbc.mission.cylinder import CylinderPoint
 from motm_wbc.mission.orientation import top_down
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
 from motm_wbc.mission.pick import PickMachine
 from motm_wbc.mission.stages import Moment, Stage
 from motm_wbc.mission.tool_yaw import YawRange
 
-CARRY = CylinderPoint(0.45, 0.0, 0.8, 0.0, 0.0, 0.0)
 GRASP = GraspParameters()
 SWEEP = np.zeros(1)
 
@@ -25,8 +23,8 @@ def machine() -> PickMachine:
         yaws=(0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi),
         yaw_range=YawRange(-2.0, 2.0),
         open_width=0.08,
+        opened_width=0.078,
         closing_time=0.3,
-        opening_time=0.1,
         grasp=GRASP,
         reach=ReachParameters(),
     )
@@ -42,11 +40,10 @@ def moment(offset=(0.0, 0.0, 0.0), yaw=0.0, **changes) -> Moment:
         T_world_tool=tool,
         tool_velocity=np.zeros(3),
         T_world_object=thing,
-        base_pose=np.zeros(3),
         gripper_width=0.08,
         fingers_loaded=False,
         arrival=None,
-        reach_time=0.4,
+        start_before=0.6,
         in_range=True,
         tool_bearing=0.0,
         target_bearing=0.0,
@@ -55,7 +52,7 @@ def moment(offset=(0.0, 0.0, 0.0), yaw=0.0, **changes) -> Moment:
 
 
 def step(picking, now):
-    return picking.update(now, SWEEP, CARRY)
+    return picking.update(now, SWEEP)
 
 
 def ready() -> PickMachine:
@@ -107,7 +104,7 @@ def test_attempts_are_repeated_until_one_holds():
     assert step(picking, moment(time=1.3)).stage is Stage.CLOSE
     missed = step(picking, moment(time=1.51))
     assert missed.stage is Stage.REOPEN and missed.order.gripper_width == 0.08
-    assert step(picking, moment(time=1.55)).stage is Stage.REOPEN
+    assert step(picking, moment(time=1.60, gripper_width=0.07)).stage is Stage.REOPEN
     assert step(picking, moment(time=1.62)).stage is Stage.CLOSE
     assert picking.attempts == 2
     held = step(picking, moment(time=1.95, fingers_loaded=True, gripper_width=0.05))

@@ -39,11 +39,10 @@ def moment(tool, **changes) -> Moment:
         "T_world_tool": T,
         "tool_velocity": np.zeros(3),
         "T_world_object": T @ T_GRIP_OBJECT,
-        "base_pose": np.zeros(3),
         "gripper_width": 0.05,
         "fingers_loaded": True,
         "arrival": None,
-        "reach_time": 0.4,
+        "start_before": 0.6,
         "in_range": False,
         "tool_bearing": 0.0,
         "target_bearing": 0.0,
@@ -52,7 +51,7 @@ def moment(tool, **changes) -> Moment:
 
 
 def step(placing, now):
-    return placing.update(now, np.zeros(1), CARRY)
+    return placing.update(now, CARRY)
 
 
 def test_it_lifts_carries_reaches_sets_down_and_retreats():
@@ -102,3 +101,16 @@ def test_an_object_beside_its_place_is_not_let_go():
     lost = step(placing, moment(DROP + [0.04, 0.0, 0.009], in_range=True))
     assert lost.stage is Stage.REACH
     assert lost.order.point[2] > DROP[2] + 0.05
+
+
+def test_a_load_that_slips_out_is_noticed():
+    placing = machine()
+    step(placing, moment(DROP, time=0.0))
+    held = step(placing, moment(DROP + [0.0, 0.0, GRASP.lift], time=0.5))
+    assert held.stage is Stage.TRAVEL
+    flicker = step(placing, moment(DROP, time=0.6, fingers_loaded=False))
+    assert flicker.stage is Stage.TRAVEL
+    lost = step(placing, moment(DROP, time=0.7, fingers_loaded=False))
+    assert lost.stage is Stage.LOST
+    assert [event.kind for event in lost.events] == ["lost"]
+    assert lost.order.gripper_width == 0.08

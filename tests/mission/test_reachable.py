@@ -31,5 +31,5 @@ def test_the_base_keeps_within_the_least_reach_of_the_task():
 
 def test_a_grip_is_near_the_top_of_its_object():
     scenario = load_scenario("line")
-    assert grip_height(scenario, scenario.task[0]) == pytest.approx(0.6 + 0.05 - 0.015)
-    assert grip_height(scenario, scenario.task[1]) == pytest.approx(0.6 + 0.05 - 0.015)
+    assert grip_height(scenario, 0) == pytest.approx(0.6 + 0.05 - 0.015)
+    assert grip_height(scenario, 1) == pytest.approx(0.6 + 0.05 - 0.015)

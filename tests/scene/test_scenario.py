@@ -45,6 +45,15 @@ def test_poses_of_the_paper():
         ("at = [0.0, -2.0]", "at = [0.0, nan]", "finite"),
         ("position = [0.0, -2.0]", "position = [0.0, -2000.0]", "metres"),
         ("[start]", "[start", "not valid TOML"),
+        ("-1.5707963267948966", "-90.0", "heading is in radians"),
+        ("[start]", "boundary = [[0.0, 0.0], [1.0, 0.0]]\n[start]", "boundary must be a simple"),
+        (
+            "[[task]]",
+            '[[objects]]\nname = "other"\nshape = "box"\nsize = [0.05, 0.05, 0.05]\n'
+            'on = "table"\nposition = [0.02, 0.0]\n\n[[task]]',
+            "'cube' and 'other' overlap",
+        ),
+        ('[[task]]\nplace = "cube"\non = "tray"\nat = [0.0, -2.0]\n', "", "ends with 'cube'"),
         ('name = "tray"', 'name = "table"', "two solids are named 'table'"),
     ],
 )

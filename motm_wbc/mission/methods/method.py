@@ -49,7 +49,6 @@ class BaseMoment:
         step_index: index of the task step at work; a change means that the target changed.
         target: (2,) where the present step acts [m]; None when the task is done.
         next_target: (2,) where the step after it acts, or None.
-        pending: the present step is not done yet, so that the base is needed in reach.
         wait: expected time from now until it is done [s]; see `motm_wbc.mission.patience`.
         attempts_fail: an attempt has failed, so that nothing is known of when one will hold.
     """
@@ -61,7 +60,6 @@ class BaseMoment:
     step_index: int
     target: Array | None
     next_target: Array | None
-    pending: bool
     wait: float
     attempts_fail: bool
 

@@ -63,7 +63,7 @@ class Proposed:
     def _rank(self, now: BaseMoment, target: Array) -> PlacementResult:
         """All candidates, and "brake to a stop here" where that keeps the target in reach."""
         rest = braking_arc(now.pose, now.v, now.omega, self._context.limits)[-1]
-        waits = now.pending and self._context.region.contains(rest, target)
+        waits = self._context.region.contains(rest, target)
         return self._placement.evaluate(
             now.pose,
             target,
@@ -78,7 +78,7 @@ class Proposed:
     def _drive(self, now: BaseMoment, target: Array, ranking: PlacementResult) -> StaaPlan:
         if ranking.stop_here or ranking.goal is None:
             return self._local.brake(now.pose, now.v, now.omega)
-        held = now.pending and self._context.region.contains(now.pose, target)
+        held = self._context.region.contains(now.pose, target)
         return self._local.plan(
             now.pose,
             now.v,
@@ -133,6 +133,7 @@ def _report(
         compute_time=compute_time,
         expansions=plan.expansions,
         clock_guard_fired=plan.clock_guard_fired,
+        emergency=plan.emergency,
     )
     if ranking is None:
         return report
