@@ -43,7 +43,9 @@ def classify(
         object on its support.
     """
     if part is Part.ARM:
-        return classes.self_collision if is_held else classes.arm_scene
+        if is_held:
+            return classes.self_collision
+        return classes.hand_scene if is_target else classes.arm_scene
     if is_held:
         return None
     if role is SolidRole.OBJECT and is_target:

@@ -70,7 +70,7 @@ class GraspParameters(Data):
     """... and this slow relative to the object [m/s]."""
     attempt_period: Time = 0.5
     """Least time from the start of an attempt to the start of the next [s]."""
-    patience: Time = 0.2
+    patience: Time = 0.12
     """A closing gripper that feels nothing this long after its closing time opens again [s]."""
     typical_time: Time = 0.8
     """From coming into range to the end of a first attempt that holds, to plan by [s]."""

@@ -100,7 +100,7 @@ def _placed(T):
     [
         (Part.ARM, SolidRole.SUPPORT, {}, "arm_scene"),
         (Part.ARM, SolidRole.OBSTACLE, {}, "arm_scene"),
-        (Part.ARM, SolidRole.OBJECT, {"is_target": True}, "arm_scene"),
+        (Part.ARM, SolidRole.OBJECT, {"is_target": True}, "hand_scene"),
         (Part.ARM, SolidRole.OBJECT, {"is_held": True}, "self_collision"),
         (Part.HAND, SolidRole.SUPPORT, {}, "hand_support"),
         (Part.FINGER, SolidRole.SUPPORT, {}, "hand_support"),

@@ -102,7 +102,7 @@ def test_attempts_are_repeated_until_one_holds():
     assert answer.stage is Stage.CLOSE and answer.order.gripper_width == 0.0
     assert [event.kind for event in answer.events] == ["attempt"]
     assert step(picking, moment(time=1.3)).stage is Stage.CLOSE
-    missed = step(picking, moment(time=1.51))
+    missed = step(picking, moment(time=1.43))
     assert missed.stage is Stage.REOPEN and missed.order.gripper_width == 0.08
     assert step(picking, moment(time=1.60, gripper_width=0.07)).stage is Stage.REOPEN
     assert step(picking, moment(time=1.62)).stage is Stage.CLOSE
