@@ -57,9 +57,11 @@ class StaaParameters(Data):
     margin: Annotated[float, Field(ge=0.0, le=0.5)] = 0.02
     """Distance that the footprint keeps from obstacles [m]."""
     command_period: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
-    """Time for which the answer is applied before the next one is there [s]."""
+    """Time for which the answer is applied before the next one is there [s]; a run sets it
+    from its own rates."""
     ramp_steps: Annotated[int, Field(ge=1, le=1000)] = 6
-    """Control steps of a command period; the velocity is raised at the start of each."""
+    """Control steps of a command period, in each of which the velocity is raised at the
+    start; a run sets it from its own rates."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> StaaParameters:
