@@ -15,6 +15,7 @@ from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, is_due
 _TOUCHING_LIFT = 0.01  # [m] of lift up to which an object may touch the support it leaves
 
 
+_GRIPPING = 0.0  # [m] commanded width while an object is held: the force holds it
 _HOLDING = (Stage.LIFT, Stage.TRAVEL, Stage.REACH, Stage.DESCEND)
 
 
@@ -73,6 +74,7 @@ class PlaceMachine:
     def _advance(self, now: Moment) -> tuple[Event, ...]:
         if self._start is None:
             self._start = now.tool_position.copy()
+            self._felt = now.time
         if self.stage in _HOLDING and self._has_slipped(now):
             self.stage = Stage.LOST
             return (Event(now.time, "lost", f"{self.name} slipped out of the hand", "warn"),)
@@ -137,7 +139,7 @@ class PlaceMachine:
         touching = self.stage is Stage.LIFT and lifted < _TOUCHING_LIFT
         point: Array | None = self._release_point(now)
         cylinder = None
-        climb, width = self._p.descent_speed, self._closed_width_command()
+        climb, width = self._p.descent_speed, _GRIPPING
         up = np.array([0.0, 0.0, 1.0])
         if self.stage is Stage.LIFT:
             point = self._start + (self._p.lift + _TOUCHING_LIFT) * up
@@ -155,7 +157,3 @@ class PlaceMachine:
             assert self._retreat_from is not None
             point = self._retreat_from + self._p.retreat * up
         return ToolOrder(point, cylinder, None, climb, width, target, touching)
-
-    def _closed_width_command(self) -> float:
-        """Fingers that hold an object are commanded to close: the force holds it."""
-        return 0.0

@@ -114,3 +114,9 @@ def test_a_load_that_slips_out_is_noticed():
     assert lost.stage is Stage.LOST
     assert [event.kind for event in lost.events] == ["lost"]
     assert lost.order.gripper_width == 0.08
+
+
+def test_a_load_that_was_never_felt_is_noticed_as_well():
+    placing = machine()
+    assert step(placing, moment(DROP, fingers_loaded=False)).stage is Stage.LIFT
+    assert step(placing, moment(DROP, time=0.2, fingers_loaded=False)).stage is Stage.LOST
