@@ -13,7 +13,7 @@ import numpy as np
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
 from motm_wbc.basenav.goal_field import HEADING, GoalField, enter, first_move
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD
 from motm_wbc.basenav.walls import TOUCH, X, Y
 from motm_wbc.geometry.arrays import Array

@@ -9,7 +9,7 @@ import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
 from motm_wbc.basenav.graph import TangentGraph, chain_turn
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
 from motm_wbc.basenav.search import remaining_times
 from motm_wbc.basenav.visibility import (

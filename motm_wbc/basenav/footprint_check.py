@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.graph import chain_turn
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, direct_time, end_turn
 from motm_wbc.basenav.search import first_from
 from motm_wbc.basenav.visibility import (

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.visibility import LEFT, NEITHER, RIGHT, line_of_sight, tangent_side
 from motm_wbc.basenav.walls import INCOMING, TOUCH, TURN, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array

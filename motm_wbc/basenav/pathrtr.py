@@ -20,7 +20,7 @@ import itertools
 import math
 from typing import NamedTuple
 
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.walls import TOUCH
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array

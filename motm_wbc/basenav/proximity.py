@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import Outline, grown_corners, squared_distance
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 

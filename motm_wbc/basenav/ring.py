@@ -16,7 +16,7 @@ import numpy as np
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
 from motm_wbc.basenav.goal_field import GoalField, by_chain, cost_to_go
 from motm_wbc.basenav.graph import chain_turn
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import direct_time, end_turn
 from motm_wbc.basenav.visibility import (
     NEITHER,

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from motm_wbc.basenav.graph import TangentGraph
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.staa_motion import (
     Drive,
     arc,

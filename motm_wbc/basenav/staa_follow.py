@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from motm_wbc.basenav.footprint_check import is_clear
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
 from motm_wbc.basenav.staa_goal import passes_goal, remaining_error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from motm_wbc.basenav.goal_field import cost_to_go
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span, wrapped
 from motm_wbc.basenav.staa_search import Problem
 

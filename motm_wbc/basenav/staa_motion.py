@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry.base_motion import BaseLimits
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact

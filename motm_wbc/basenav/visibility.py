@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from motm_wbc.basenav.jit import kernel
+from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.walls import (
     AFTER_X,
     AFTER_Y,
