@@ -86,7 +86,7 @@ class RobotBodies:
     def __init__(self, model: RobotModel, skin: float) -> None:
         self.bodies = _bodies(model, skin)
         self.radii = np.array([body.sphere.radius for body in self.bodies])
-        self.hand_level = int(model.chain.moved_by_arm(model.tool_frame[0]).sum())
+        self.hand_level = int(model.moved_by_arm(model.tool_frame[0]).sum())
         self._centres = np.array([body.sphere.centre for body in self.bodies])
         self._joints = np.array([body.joint for body in self.bodies])
         self.self_pairs = self._self_pairs(model)
@@ -133,7 +133,7 @@ def _bodies(model: RobotModel, skin: float) -> Sequence[RobotBody]:
         if link == BASE_LINK:
             continue
         joint, placement = model.frame(link)
-        level = int(model.chain.moved_by_arm(joint).sum())
+        level = int(model.moved_by_arm(joint).sum())
         part = roles.get(link, Part.ARM)
         for piece in pieces:
             bodies.append(RobotBody(link, part, joint, level, _moved(piece, placement), skin))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 
-def stopping_speed(distance: Array | float, acceleration: Array | float, dt: float) -> Array:
+@kernel
+def stopping_speed(distance: float, acceleration: float, dt: float) -> float:
     """Largest speed that may be held for one step `dt` and then braked to zero in time.
 
     The step moves v dt, then the speed falls by a dt each step; the sum must not pass
@@ -16,14 +17,14 @@ def stopping_speed(distance: Array | float, acceleration: Array | float, dt: flo
     a (-dt/2 + sqrt(dt^2/4 + 2 d/a)) overshoots by up to a dt^2/8.
 
     Args:
-        distance: distance to the limit [m or rad], any shape; below zero counts as zero.
-        acceleration: largest deceleration [m/s^2 or rad/s^2], same shape or scalar, > 0.
+        distance: distance to the limit [m or rad]; below zero counts as zero.
+        acceleration: largest deceleration [m/s^2 or rad/s^2], > 0.
         dt: control step [s].
 
     Returns:
-        Speeds [m/s or rad/s], shape of `distance`.
+        Speed [m/s or rad/s].
     """
-    a_dt = np.asarray(acceleration) * dt
-    steps = np.maximum(np.asarray(distance, dtype=float), 0.0) / (a_dt * dt)
-    whole = np.floor((np.sqrt(1.0 + 8.0 * steps) - 1.0) / 2.0)
-    return np.asarray(a_dt * (steps + whole * (whole + 1.0) / 2.0) / (whole + 1.0))
+    change = acceleration * dt
+    steps = max(distance, 0.0) / (change * dt)
+    whole = math.floor((math.sqrt(1.0 + 8.0 * steps) - 1.0) / 2.0)
+    return change * (steps + whole * (whole + 1.0) / 2.0) / (whole + 1.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.base_motion import BaseKind
+from motm_wbc.kinematics.chain import frame_pose, jacobian_at, place_points
 from motm_wbc.kinematics.manipulability import manipulability, manipulability_gradient
-from motm_wbc.kinematics.rotations import inverse_pose, planar_pose, pose
+from motm_wbc.kinematics.rotations import inverse_pose, planar_pose
 
 if TYPE_CHECKING:
     from motm_wbc.kinematics.model import RobotModel
@@ -62,9 +61,7 @@ class Configuration:
     @cached_property
     def J_tool(self) -> Array:
         """(6, n_base + n_arm) linear, then angular velocity of the tool, at its origin."""
-        J = self.J_world.copy()
-        J[:3] += cross_columns(J[3:], self.T_world_tool[:3, 3])
-        return J
+        return self._jacobian_at(self.T_world_tool[:3, 3])
 
     @cached_property
     def manipulability(self) -> float:
@@ -74,7 +71,9 @@ class Configuration:
     @cached_property
     def manipulability_gradient(self) -> Array:
         """(n_arm,) derivative of `manipulability` for each joint."""
-        return manipulability_gradient(self.J_tool[:, self.model.n_base :])
+        gradient = np.empty(self.model.n_arm)
+        manipulability_gradient(self.J_tool[:, self.model.n_base :], gradient)
+        return gradient
 
     @cached_property
     def translational_manipulability(self) -> float:
@@ -91,9 +90,12 @@ class Configuration:
 
     def capsule_segments(self) -> Array:
         """(k, 2, 3) ends of the capsules' segments in the world [m]."""
-        joints = self.model.capsule_joint
-        turned = self.model.capsule_ends @ self.rotations[joints].transpose(0, 2, 1)
-        return np.asarray(turned + self.translations[joints, None, :])
+        segments = np.empty(self.model.capsule_ends.shape)
+        place_points(
+            self.rotations, self.translations,
+            self.model.capsule_joint, self.model.capsule_ends, segments,
+        )  # fmt: skip
+        return segments
 
     def point_jacobian(self, capsule: int, point: Array) -> Array:
         """Velocity of a point that is fixed to a capsule's link.
@@ -105,29 +107,14 @@ class Configuration:
         Returns:
             (3, n_base + n_arm) linear velocity in world axes.
         """
-        J = self.J_world[:3] + cross_columns(self.J_world[3:], point)
-        J *= self.model.capsule_moved_by[capsule]
+        return np.asarray(self._jacobian_at(point)[:3] * self.model.capsule_moved_by[capsule])
+
+    def _jacobian_at(self, point: Array) -> Array:
+        J = np.empty(self.J_world.shape)
+        jacobian_at(self.J_world, point, J)
         return J
 
     def _placed(self, joint: int, placement: Array) -> Array:
-        return pose(self.rotations[joint], self.translations[joint]) @ placement
-
-
-def base_columns(kind: BaseKind, base_pose: Array) -> Array:
-    """(6, n_base) spatial Jacobian of the base's inputs: at the world's origin, world axes.
-
-    A differential drive has no sideways column, so that no solution can slide.
-    """
-    x, y, heading = (float(value) for value in base_pose)
-    c, s = math.cos(heading), math.sin(heading)
-    ahead = [c, s, 0.0, 0.0, 0.0, 0.0]
-    left = [-s, c, 0.0, 0.0, 0.0, 0.0]
-    turn = [y, -x, 0.0, 0.0, 0.0, 1.0]
-    columns = [ahead, turn] if kind is BaseKind.DIFFERENTIAL else [ahead, left, turn]
-    return np.array(columns).T
-
-
-def cross_columns(omega: Array, point: Array) -> Array:
-    """(3, n) omega_i x point for each column of omega."""
-    x, y, z = point
-    return np.asarray(np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]) @ omega)
+        T = np.empty((4, 4))
+        frame_pose(self.rotations, self.translations, joint, placement, T)
+        return T

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.kinematics.configuration import cross_columns
 from motm_wbc.kinematics.model import RobotModel
 from motm_wbc.kinematics.parameters import IkParameters
 from motm_wbc.kinematics.rotations import rotation_vector
@@ -99,16 +98,13 @@ def _error_and_jacobian(
 ) -> tuple[Array, Array]:
     """(6,) pose error and (6, n_arm) Jacobian of the tool, both in the tool's axes."""
     # with the base at the origin, world and base frame agree
-    rotations, translations, J = model.chain.run(
-        np.concatenate((_ORIGIN, q, model.finger_positions(0.0)))
-    )
-    joint, placement = model.tool_frame
-    R, p = rotations[joint], translations[joint] + rotations[joint] @ placement[:3, 3]
-    to_tool = (R @ placement[:3, :3]).T
+    here = model.configuration(_ORIGIN, q, 0.0)
+    to_tool = here.T_world_tool[:3, :3].T
+    J = here.J_tool[:, model.n_base :]
     error = np.empty(6)
-    error[:3] = to_tool @ (T_base_target[:3, 3] - p)
+    error[:3] = to_tool @ (T_base_target[:3, 3] - here.T_world_tool[:3, 3])
     error[3:] = _turn_error(to_tool @ T_base_target[:3, :3], weights[3:])
-    return error, np.concatenate((to_tool @ (J[:3] + cross_columns(J[3:], p)), to_tool @ J[3:]))
+    return error, np.concatenate((to_tool @ J[:3], to_tool @ J[3:]))
 
 
 def _turn_error(turn: Array, weights: Array) -> Array:

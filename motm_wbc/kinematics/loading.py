@@ -9,9 +9,10 @@ import numpy as np
 from motm_wbc.errors import InputError
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseKind
+from motm_wbc.kinematics.chain import moved_by_arm
 from motm_wbc.kinematics.description import Arm, Base, RobotDescription
 from motm_wbc.kinematics.model import Box, Capsules, Posture, RobotModel
-from motm_wbc.kinematics.pinocchio_model import ChainModel
+from motm_wbc.kinematics.pinocchio_model import UrdfModel, read_model
 from motm_wbc.kinematics.rotations import pose, rpy_rotation
 from motm_wbc.kinematics.urdf import TOOL_LINK, write_urdf
 from motm_wbc.scene.files import parse, read_toml
@@ -59,15 +60,15 @@ def build_model(description: RobotDescription, folder: Path, where: str) -> Robo
     """
     arm, base, fingers = description.arm, description.base, description.gripper.fingers
     urdf = write_urdf(description, folder, where)
-    chain = ChainModel(urdf, arm.joints, [finger.joint for finger in fingers])
-    tool_frame = chain.frames[TOOL_LINK]
-    _check_chain(chain, arm, tool_frame[0], where)
-    limits = chain.limits()
+    read = read_model(urdf, arm.joints, [finger.joint for finger in fingers])
+    tool_frame = read.frames[TOOL_LINK]
+    _check_arm(read, arm, tool_frame[0], where)
+    limits = read.limits
     v_max = limits.speed if arm.v_max is None else np.array(arm.v_max)
     _check_limits(arm, limits.lower, limits.upper, v_max, where)
     capsules = _capsules(description)
     n_base = 2 if base.kind is BaseKind.DIFFERENTIAL else 3
-    joints, ends, moved_by = _placed(capsules, chain, n_base)
+    joints, ends, moved_by = _placed(capsules, read, n_base)
     index = {name: i for i, name in enumerate(capsules.names)}
     return RobotModel(
         name=description.name,
@@ -99,19 +100,25 @@ def build_model(description: RobotDescription, folder: Path, where: str) -> Robo
         capsule_moved_by=moved_by,
         self_pairs=tuple((index[a], index[b]) for a, b in description.self_pairs),
         base_pairs=tuple(index[name] for name in description.base_pairs),
-        chain=chain,
+        frames=read.frames,
+        chain=read.chain,
     )
 
 
-def _check_chain(chain: ChainModel, arm: Arm, tool_joint: int, where: str) -> None:
-    moves = chain.moved_by_arm(tool_joint)
+def _check_arm(read: UrdfModel, arm: Arm, tool_joint: int, where: str) -> None:
+    """Make sure that all arm joints move the tool and are given from the mount to it."""
+    moves = moved_by_arm(read.chain, tool_joint, len(arm.joints))
     for name, moved in zip(arm.joints, moves, strict=True):
         if not moved:
             raise InputError(
                 f"joint {name!r} does not move the tool; lock it or choose another tool.parent",
                 f"{where}: arm.joints",
             )
-    chain.check_order(f"{where}: arm.joints")
+    in_order = tuple(name for name in read.joint_names if name in arm.joints)
+    if in_order != arm.joints:
+        raise InputError(
+            f"the order from mount to tool is {', '.join(in_order)}", f"{where}: arm.joints"
+        )
 
 
 def _check_limits(arm: Arm, lower: Array, upper: Array, v_max: Array, where: str) -> None:
@@ -151,15 +158,17 @@ def _capsules(description: RobotDescription) -> Capsules:
 
 
 def _placed(
-    capsules: Capsules, chain: ChainModel, n_base: int
+    capsules: Capsules, read: UrdfModel, n_base: int
 ) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array]:
     """Joint frames of the capsules, their ends in them, and the inputs that move them."""
     joints, ends, moved_by = [], [], []
+    n_arm = len(read.limits.lower)
     for frame, a, b in zip(capsules.frames, capsules.a, capsules.b, strict=True):
-        joint, placement = chain.frames[frame]
+        joint, placement = read.frames[frame]
         joints.append(joint)
         ends.append(np.array([a, b]) @ placement[:3, :3].T + placement[:3, 3])
-        moved_by.append(np.concatenate([np.ones(n_base), chain.moved_by_arm(joint)]))
+        arm = moved_by_arm(read.chain, joint, n_arm)
+        moved_by.append(np.concatenate([np.ones(n_base), arm]))
     return np.array(joints, dtype=np.intp), np.array(ends), np.array(moved_by)
 
 

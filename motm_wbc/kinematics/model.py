@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,9 +11,9 @@ import numpy as np
 from motm_wbc.errors import UnknownName
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseKind, BaseLimits
-from motm_wbc.kinematics.configuration import Configuration, base_columns
+from motm_wbc.kinematics.chain import Chain, moved_by_arm, place
+from motm_wbc.kinematics.configuration import Configuration
 from motm_wbc.kinematics.description import Part, RobotDescription
-from motm_wbc.kinematics.pinocchio_model import ChainModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +104,9 @@ class RobotModel:
         capsule_moved_by: (k, n_base + n_arm) 1.0 for each input that moves the capsule.
         self_pairs: index pairs of capsules that must keep apart.
         base_pairs: indices of capsules that must keep off the base's body.
-        chain: forward kinematics.
+        frames: name of each link -> the joint frame that it is fixed to, and its (4, 4) pose
+            there.
+        chain: the tree of joints.
     """
 
     name: str
@@ -135,7 +138,8 @@ class RobotModel:
     capsule_moved_by: Array
     self_pairs: tuple[tuple[int, int], ...]
     base_pairs: tuple[int, ...]
-    chain: ChainModel = field(repr=False)
+    frames: Mapping[str, tuple[int, Array]] = field(repr=False)
+    chain: Chain = field(repr=False)
 
     def configuration(
         self, base_pose: Array, q: Array, gripper_width: float | None = None
@@ -150,12 +154,21 @@ class RobotModel:
         """
         width = self.description.gripper.max_width if gripper_width is None else gripper_width
         positions = np.concatenate((base_pose, q, self.finger_positions(width)))
-        rotations, translations, J_arm = self.chain.run(positions)
-        J_world = np.concatenate((base_columns(self.base_kind, base_pose), J_arm), axis=1)
+        count = len(self.chain.parent)
+        rotations, translations = np.empty((count, 3, 3)), np.empty((count, 3))
+        J_world = np.empty((6, self.n_base + self.n_arm))
+        place(
+            self.chain, self.base_kind is BaseKind.DIFFERENTIAL, self.n_arm, positions,
+            rotations, translations, J_world,
+        )  # fmt: skip
         return Configuration(
             self, positions[:3], positions[3 : 3 + self.n_arm], width,
             rotations, translations, J_world,
         )  # fmt: skip
+
+    def moved_by_arm(self, joint: int) -> Array:
+        """(n_arm,) 1.0 for each arm joint that moves the joint frame `joint`, else 0.0."""
+        return moved_by_arm(self.chain, joint, self.n_arm)
 
     def finger_positions(self, width: float) -> list[float]:
         """Positions of the finger joints at a gripper width [m]."""
@@ -170,6 +183,6 @@ class RobotModel:
             UnknownName: the robot has no such link.
         """
         try:
-            return self.chain.frames[name]
+            return self.frames[name]
         except KeyError:
-            raise UnknownName("link", name, self.chain.frames, self.name) from None
+            raise UnknownName("link", name, self.frames, self.name) from None

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 _SMALL = 1e-8  # [rad]; below, the first-order term is exact to a double's precision
 
@@ -63,17 +64,40 @@ def rpy_from_rotation(R: Array) -> Array:
     return np.array([math.atan2(-R[1, 2], R[1, 1]), pitch, 0.0])
 
 
+@kernel
 def rotation_vector(R: Array) -> Array:
-    """(3,) axis times angle in [0, pi] of a rotation, the logarithm on SO(3) [rad]."""
-    skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    sine = 0.5 * math.sqrt(float(skew @ skew))
-    cosine = 0.5 * (float(np.trace(R)) - 1.0)
-    angle = math.atan2(sine, cosine)
-    if sine > 1e-6:
-        return np.asarray((0.5 * angle / sine) * skew)
-    if cosine > 0.0:
-        return 0.5 * skew
-    # half a turn: the skew part vanishes, the axis is in the symmetric part
-    column = int(np.argmax(np.diag(R)))
-    axis = R[:, column] + np.eye(3)[column]
-    return np.asarray(angle * axis / np.linalg.norm(axis))
+    """(3,) axis times angle in [0, pi] of a rotation, the logarithm on SO(3) [rad].
+
+    It goes by way of the quaternion, which is taken from its largest element (Shepperd,
+    "Quaternion from rotation matrix", JGC 1978). So nothing cancels: neither near no turn,
+    where the trace says little, nor near half a turn, where the skew part vanishes.
+    """
+    a, b, c = R[0, 0], R[1, 1], R[2, 2]
+    trace = a + b + c
+    if trace >= max(a, b, c):
+        w, x, y, z = 1.0 + trace, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    elif a >= max(b, c):
+        w, x, y, z = R[2, 1] - R[1, 2], 1.0 + a - b - c, R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]
+    elif b >= c:
+        w, x, y, z = R[0, 2] - R[2, 0], R[0, 1] + R[1, 0], 1.0 + b - a - c, R[1, 2] + R[2, 1]
+    else:
+        w, x, y, z = R[1, 0] - R[0, 1], R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], 1.0 + c - a - b
+    sine = math.sqrt(x * x + y * y + z * z)
+    if sine == 0.0:
+        return np.zeros(3)
+    scale = math.copysign(2.0 * math.atan2(sine, abs(w)) / sine, w)
+    return np.array((scale * x, scale * y, scale * z))
+
+
+@kernel
+def rotation_error(R_target: Array, R: Array) -> Array:
+    """(3,) rotation vector [rad], world axes, that turns `R` into `R_target`.
+
+    exp(vector) R = R_target; its length is in [0, pi].
+    """
+    turn = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                turn[i, j] += R_target[i, k] * R[j, k]
+    return rotation_vector(turn)

@@ -20,7 +20,7 @@ from motm_wbc.mission.parameters import GraspParameters, MissionParameters, Reac
 from motm_wbc.mission.patience import expected_wait
 from motm_wbc.mission.stages import Stage
 from motm_wbc.qp import (
-    BaseTask,
+    NavigatedBase,
     PostureTask,
     WholeBodyController,
     WholeBodyParameters,
@@ -155,8 +155,7 @@ class Executive:
             base_pose=state.base_pose,
             q=state.q,
             previous=(self._base_command, self._arm_command),
-            tool=None,
-            base=BaseTask(reference),
+            base=NavigatedBase(reference),
             gripper_width=state.gripper_width,
         )
         event = Event(state.time, "fault", why, "error")
@@ -171,8 +170,8 @@ class Executive:
             base_pose=state.base_pose,
             q=state.q,
             previous=(self._base_command, self._arm_command),
-            tool=arm.task,
-            base=BaseTask(reference),
+            tools=() if arm.task is None else (arm.task,),
+            base=NavigatedBase(reference),
             posture=self._posture if arm.task is not None else self._home,
             bodies=self._bodies.at(world, self._arm.held),
             target_object=self._arm.touchable,

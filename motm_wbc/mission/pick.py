@@ -9,7 +9,8 @@ import numpy as np
 
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.interfaces import Event
-from motm_wbc.mission.orientation import rotation_error, top_down, yaw_of
+from motm_wbc.kinematics.rotations import rotation_error
+from motm_wbc.mission.orientation import top_down, yaw_of
 from motm_wbc.mission.parameters import GraspParameters, ReachParameters
 from motm_wbc.mission.stages import Moment, Outcome, Stage, ToolOrder, is_due, rest_order
 from motm_wbc.mission.tool_yaw import YawRange, choose_yaw, yaw_on_the_way

@@ -14,6 +14,7 @@ import numpy as np
 
 from motm_wbc.geometry import se2
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.kinematics.rotations import rotation_error
 from motm_wbc.mission.arrival import Arrival
 from motm_wbc.mission.cylinder import (
     CylinderPoint,
@@ -22,7 +23,6 @@ from motm_wbc.mission.cylinder import (
     carried_velocity,
     relative_velocity,
 )
-from motm_wbc.mission.orientation import rotation_error
 from motm_wbc.mission.parameters import ReachParameters
 from motm_wbc.mission.quintic import quintic_coefficients, quintic_state
 

@@ -4,12 +4,21 @@ from motm_wbc.qp.bodies import Body, body_from_solid, moved_bodies, shapes_from_
 from motm_wbc.qp.controller import WholeBodyController
 from motm_wbc.qp.parameters import WholeBodyParameters
 from motm_wbc.qp.result import WholeBodyResult
-from motm_wbc.qp.tasks import BaseTask, HeldObject, PostureTask, ToolTask
+from motm_wbc.qp.tasks import (
+    FreeBase,
+    HeldObject,
+    LinearTask,
+    NavigatedBase,
+    PostureTask,
+    ToolTask,
+)
 
 __all__ = [
-    "BaseTask",
     "Body",
+    "FreeBase",
     "HeldObject",
+    "LinearTask",
+    "NavigatedBase",
     "PostureTask",
     "ToolTask",
     "WholeBodyController",

@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.kinematics import RobotModel
-from motm_wbc.qp.tasks import BaseTask, HeldObject, PostureTask, ToolTask
+from motm_wbc.qp.tasks import (
+    BaseTask,
+    FreeBase,
+    HeldObject,
+    LinearTask,
+    NavigatedBase,
+    PostureTask,
+    ToolTask,
+)
+
+State: TypeAlias = tuple[Array, Array, tuple[Array, Array]]
+"""Base pose, joint positions, last commanded base inputs and joint velocities."""
+Tasks: TypeAlias = tuple[BaseTask, Sequence[ToolTask], PostureTask | None, Sequence[LinearTask]]
+"""Base task, tool tasks, posture task, tasks of the user's own."""
+Quantity: TypeAlias = tuple[str, Any, tuple[int, ...]]
 
 
 def what_is_unusable(
     model: RobotModel,
-    state: tuple[Array, Array, tuple[Array, Array]],
-    tool: ToolTask | None,
-    base: BaseTask,
-    posture: PostureTask | None,
+    state: State,
+    tasks: Tasks,
     held: HeldObject | None,
     gripper_width: float | None,
 ) -> str:
@@ -25,63 +38,104 @@ def what_is_unusable(
 
     Args:
         model: the robot.
-        state: base pose, joint positions, last commanded base inputs and joint velocities.
-        tool: tool task.
-        base: base task.
-        posture: posture task.
+        state: of the robot.
+        tasks: of the step.
         held: held object.
         gripper_width: [m].
     """
-    base_pose, q, (last_base, last_arm) = state
-    quantities: list[tuple[str, Array, tuple[int, ...]]] = [
-        ("base_pose", base_pose, (3,)),
-        ("q", q, (model.n_arm,)),
-        ("previous base inputs", last_base, (model.n_base,)),
-        ("previous joint velocities", last_arm, (model.n_arm,)),
-        ("base reference", base.reference, (model.n_base,)),
-    ]
-    if tool is not None:
-        quantities += [
-            ("tool twist", tool.twist, (6,)),
-            ("tool weights", tool.weights, (6,)),
-            ("R_world_task", tool.R_world_task, (3, 3)),
+    base, tools, posture, extra = tasks
+    try:
+        quantities = [
+            *_of_state(model, state),
+            *_of_base(model, base),
+            *(quantity for task in tools for quantity in _of_tool(task)),
+            *_of_posture(model, posture),
+            *_of_extra(model, extra),
+            *_of_held(held),
+            *_number("gripper width", gripper_width),
         ]
-    if posture is not None:
-        quantities += [
-            ("posture target", posture.target, (model.n_arm,)),
-            ("posture weights", posture.weights, (model.n_arm,)),
-        ]
-    if held is not None:
-        quantities += [
-            ("size of the held object", held.size, (3,)),
-            ("T_tool_held", held.T_tool_held, (4, 4)),
-        ]
-    numbers = [gripper_width, None if tool is None else tool.position_error]
-    return next(_complaints(quantities, posture, numbers), "")
+    except (AttributeError, TypeError, ValueError) as error:
+        return f"an argument is of a wrong kind: {error}"
+    return next(_complaints(quantities), "") or next(_not_numbers(posture), "")
 
 
-def usable(values: Array, count: int) -> bool:
+def usable(values: Any, count: int) -> bool:
     """Whether `values` are `count` finite numbers."""
-    array = np.asarray(values)
-    return array.shape == (count,) and array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
+    return next(_complaints([("", values, (count,))]), None) is None
 
 
-def _complaints(
-    quantities: list[tuple[str, Array, tuple[int, ...]]],
-    posture: PostureTask | None,
-    numbers: list[float | None],
-) -> Iterator[str]:
+def _of_state(model: RobotModel, state: State) -> Iterator[Quantity]:
+    base_pose, q, (last_base, last_arm) = state
+    yield "base_pose", base_pose, (3,)
+    yield "q", q, (model.n_arm,)
+    yield "previous base inputs", last_base, (model.n_base,)
+    yield "previous joint velocities", last_arm, (model.n_arm,)
+
+
+def _of_base(model: RobotModel, base: BaseTask) -> Iterator[Quantity]:
+    if isinstance(base, NavigatedBase):
+        yield "base reference", base.reference, (model.n_base,)
+    elif isinstance(base, FreeBase):
+        for name, values in (("inputs", base.inputs), ("input weights", base.input_weights)):
+            if values is not None:
+                yield f"preferred base {name}", values, (model.n_base,)
+        yield from _number("heading", base.heading)
+        yield from _number("heading weight", base.heading_weight)
+        yield from _number("heading gain", base.heading_gain)
+    else:
+        raise TypeError(f"base is a {type(base).__name__}, not NavigatedBase or FreeBase")
+
+
+def _of_tool(task: ToolTask) -> Iterator[Quantity]:
+    yield "tool twist", task.twist, (6,)
+    yield "tool acceleration", task.acceleration, (6,)
+    yield "tool weights", task.weights, (6,)
+    yield "R_world_task", task.R_world_task, (3, 3)
+    if task.T_world_target is not None:
+        yield "T_world_target", task.T_world_target, (4, 4)
+    yield from _number("tool gain", task.gain)
+    yield from _number("position error", task.position_error)
+
+
+def _of_posture(model: RobotModel, posture: PostureTask | None) -> Iterator[Quantity]:
+    if posture is not None:
+        yield "posture target", posture.target, (model.n_arm,)
+        yield "posture weights", posture.weights, (model.n_arm,)
+
+
+def _of_extra(model: RobotModel, extra: Sequence[LinearTask]) -> Iterator[Quantity]:
+    for task in extra:
+        rows = len(task.target)
+        yield "J of an extra task", task.J, (rows, model.n_base + model.n_arm)
+        yield "target of an extra task", task.target, (rows,)
+        yield "weights of an extra task", task.weights, (rows,)
+
+
+def _of_held(held: HeldObject | None) -> Iterator[Quantity]:
+    if held is not None:
+        yield "size of the held object", held.size, (3,)
+        yield "T_tool_held", held.T_tool_held, (4, 4)
+
+
+def _number(name: str, value: float | None) -> Iterator[Quantity]:
+    if value is not None:
+        yield name, value, ()
+
+
+def _complaints(quantities: Sequence[Quantity]) -> Iterator[str]:
     for name, values, shape in quantities:
         array = np.asarray(values)
         if array.shape != shape:
             yield f"{name} has the shape {array.shape}, needs {shape}"
         elif array.dtype.kind not in "fiu" or not np.isfinite(array).all():
             yield f"{name} is not finite"
+
+
+def _not_numbers(posture: PostureTask | None) -> Iterator[str]:
+    """Preferred bounds may be infinite, but must be numbers."""
     for bound in () if posture is None else (posture.lower, posture.upper):
         if bound is not None and (
-            np.shape(bound) != np.shape(posture.target if posture else 0) or np.isnan(bound).any()
+            np.shape(bound) != np.shape(posture.target if posture else 0)
+            or any(math.isnan(value) for value in np.asarray(bound, dtype=float))
         ):
             yield "a preferred bound of the posture is not a number for each joint"
-    for number in numbers:
-        if number is not None and not math.isfinite(number):
-            yield "gripper width or position error is not finite"

@@ -4,28 +4,32 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.kinematics import Configuration, RobotModel
+from motm_wbc.geometry.base_motion import BaseKind
+from motm_wbc.geometry.views import AddressTable
+from motm_wbc.kinematics import RobotModel
 from motm_wbc.qp import describe
+from motm_wbc.qp.answer import read_answer
+from motm_wbc.qp.arrays import PROTOTYPE, ProblemArrays, StepArrays, Weights
 from motm_wbc.qp.bodies import Body
-from motm_wbc.qp.check import usable, what_is_unusable
-from motm_wbc.qp.ladder import Answer, Ladder
-from motm_wbc.qp.limits import BaseBounds, JointBox, JointLimits
+from motm_wbc.qp.check import State, Tasks, usable, what_is_unusable
+from motm_wbc.qp.inputs import InputArrays
+from motm_wbc.qp.ladder import Ladder
+from motm_wbc.qp.limits import BaseBounds, JointLimits
 from motm_wbc.qp.nearby import Neighbourhood
-from motm_wbc.qp.objective import holistic_objective, led_objective
 from motm_wbc.qp.parameters import WholeBodyParameters
 from motm_wbc.qp.problem import QpProblem
 from motm_wbc.qp.result import WholeBodyResult
-from motm_wbc.qp.rows import CollisionRows, RowBuilder
+from motm_wbc.qp.rows import RowArrays, empty_rows
 from motm_wbc.qp.solvers import make_solver
-from motm_wbc.qp.tasks import BaseTask, HeldObject, PostureTask, ToolTask
+from motm_wbc.qp.step import NOT_FINITE, write_problem
+from motm_wbc.qp.tasks import BaseTask, FreeBase, HeldObject, LinearTask, PostureTask, ToolTask
 
-_UNSCALED = 1e-3  # a factor this near to a bound counts as being at it
 _DEFAULT = WholeBodyParameters()
+_TABLE = AddressTable(PROTOTYPE)
 
 
 class WholeBodyController:
@@ -58,18 +62,25 @@ class WholeBodyController:
         self.solver = solver
         self._joints = JointLimits.of(model, dt, parameters.recovery_speed)
         self._base = BaseBounds(model.base_limits, model.n_base, dt)
+        self._names = describe.input_names(model)
+        self._differential = model.base_kind is BaseKind.DIFFERENTIAL
+        self._snap = 10.0 * parameters.solver_tolerance
         self.reset()
 
     def reset(self) -> None:
         """Forget all that was carried over from earlier steps."""
         model, parameters = self.model, self.parameters
         self._neighbourhood = Neighbourhood(model, parameters)
-        self._rows = RowBuilder(model, self._neighbourhood, self.dt, parameters)
-        k = parameters.collision_rows
-        self._led, self._free = (
-            Ladder(make_solver(self.solver, n, k, parameters), model.arm_joints, parameters)
-            for n in (1 + model.n_arm, model.n_base + model.n_arm)
-        )
+        self._inputs = InputArrays(model)
+        self._led = _Mode(self, True, 1 + model.n_arm)
+        self._free = _Mode(self, False, model.n_base + model.n_arm)
+        self._last = self._led
+        self._step = self._bundled(self._empty_rows())
+
+    @property
+    def problem(self) -> QpProblem:
+        """The quadratic program of the last step; the next step overwrites it."""
+        return self._last.problem
 
     def limits_summary(self) -> str:
         """The bounds of every degree of freedom, base included, and of every class of pairs."""
@@ -81,13 +92,16 @@ class WholeBodyController:
         base_pose: Array,
         q: Array,
         previous: tuple[Array, Array],
-        tool: ToolTask | None,
         base: BaseTask,
+        tools: Sequence[ToolTask] = (),
         posture: PostureTask | None = None,
+        extra: Sequence[LinearTask] = (),
+        locked: Sequence[str] = (),
         bodies: Sequence[Body] = (),
         target_object: str | None = None,
         held: HeldObject | None = None,
         gripper_width: float | None = None,
+        age: float = 0.0,
     ) -> WholeBodyResult:
         """The command for one control step. Never raises: unusable input makes it brake.
 
@@ -95,176 +109,194 @@ class WholeBodyController:
             base_pose: (3,) x [m], y [m], heading [rad].
             q: (n_arm,) joint positions [rad or m].
             previous: base inputs and joint velocities that were commanded last.
-            tool: what the tool shall do, or None.
             base: what the base shall do.
+            tools: what frames of the robot shall do.
             posture: where the arm's redundancy shall lead, or None.
+            extra: tasks of one's own.
+            locked: names of joints and base inputs that shall stand still.
             bodies: the solids of the scene; pass the same instances on where nothing moved.
             target_object: name of the body that the fingers may touch.
             held: the object in the gripper, or None.
             gripper_width: distance of the fingers [m]; None: fully open.
+            age: of the state that `base_pose` and `q` tell [s].
         """
         start = time.perf_counter()
-        state = base_pose, q, previous
-        unusable = what_is_unusable(self.model, state, tool, base, posture, held, gripper_width)
-        if unusable:
-            return self._brake(unusable, q, previous, start)
-        configuration = self.model.configuration(base_pose, q, gripper_width)
-        if self._neighbourhood.update(bodies, base_pose, target_object, held):
-            self._rows.renumber()
-        if not self._neighbourhood.shapes.finite:
-            return self._brake("a body has a place that is not finite", q, previous, start)
-        case = _Case(
-            configuration,
-            self._rows.build(configuration, base.reference if base.follow else previous[0]),
-            self._joints.box(q, previous[1]),
-            previous[0],
-            tool,
-            posture,
+        trouble = self._late(age) or self._take(
+            (base_pose, q, previous),
+            (base, tools, posture, extra),
+            locked,
+            (bodies, target_object, held),
+            gripper_width,
         )
-        choice = self._led_by(base.reference, case) if base.follow else self._free_base(case)
-        if choice is None:
-            return self._brake("no solver found an answer", q, previous, start)
-        return self._result(case, choice, start)
-
-    def _led_by(self, reference: Array, case: _Case) -> _Choice | None:
-        """Navigation leads: its inputs are scaled by one factor."""
-        interval = self._base.scale_interval(reference, case.last_base)
-        lead = reference if interval is not None else self._base.braked(case.last_base)
-        least, most = interval if interval is not None else (1.0, 1.0)
-        H, f = led_objective(case.configuration, lead, case.tool, case.posture, self.parameters)
-        n_base = self.model.n_base
-        A = np.empty((len(case.rows.bound), len(f)))
-        A[:, 0] = case.rows.A[:, :n_base] @ lead
-        A[:, 1:] = case.rows.A[:, n_base:]
-        problem = _problem(H, f, A, (np.array([least]), np.array([most])), case)
-        answer = self._led.solve(problem, lambda slot: self._row_name(case.rows, slot))
+        if trouble:
+            return self._brake(trouble, q, previous, start)
+        mode = self._free if isinstance(base, FreeBase) else self._led
+        self._last = mode
+        verdict = write_problem(mode.table, mode.led, self._differential)
+        if verdict == NOT_FINITE:
+            state, tasks = (base_pose, q, previous), (base, tools, posture, extra)
+            trouble = what_is_unusable(self.model, state, tasks, held, gripper_width)
+            return self._brake(trouble, q, previous, start)
+        answer = mode.ladder.solve(mode.problem, self._row_name)
         if answer.x is None:
-            return None
-        scale = float(answer.x[0])
-        if scale > most - 10.0 * self.parameters.solver_tolerance:
-            scale = most  # not by a solver's rounding off what navigation asked for
-        active = []
-        if interval is None:
-            active.append("base acceleration, brakes on its arc")
-        elif scale < 1.0 - _UNSCALED and scale >= most - _UNSCALED:
-            active.append("base speed or acceleration")
-        command = scale * lead + 0.0  # no negative zeros
-        return _Choice(answer, problem, command, 0.0 if interval is None else scale, active)
-
-    def _free_base(self, case: _Case) -> _Choice | None:
-        """The base's inputs are variables like the arm's velocities."""
-        H, f = holistic_objective(case.configuration, case.tool, case.posture, self.parameters)
-        bounds = self._base.box(case.last_base)
-        problem = _problem(H, f, case.rows.A, bounds, case)
-        answer = self._free.solve(problem, lambda slot: self._row_name(case.rows, slot))
-        if answer.x is None:
-            return None
-        command = answer.x[: self.model.n_base]
-        held = np.flatnonzero((command <= bounds[0]) | (command >= bounds[1])).tolist()
-        inputs = self.model.base_kind.inputs
-        active = [f"base {inputs[index]}" for index in held]
-        return _Choice(answer, problem, command + 0.0, 1.0, active)
-
-    def _row_name(self, rows: CollisionRows, slot: int) -> str:
-        return self._rows.name((int(rows.first[slot]), int(rows.second[slot])))
-
-    def _result(self, case: _Case, choice: _Choice, start: float) -> WholeBodyResult:
-        answer = choice.answer
-        assert answer.x is not None
-        arm = answer.x[-self.model.n_arm :]
-        active = [
-            *choice.active,
-            *describe.active_joints(arm, case.box, self._joints, self.model.arm_joints),
-            *describe.active_rows(
-                answer.x, choice.problem, lambda slot: self._row_name(case.rows, slot)
-            ),
-        ]
-        slack = np.zeros(6)
-        if case.tool is not None:
-            J = case.configuration.J_tool
-            n_base = self.model.n_base
-            slack = case.tool.twist - J[:, :n_base] @ choice.base - J[:, n_base:] @ arm
-        closest = case.rows.closest
+            return self._brake(answer.reason, q, previous, start)
+        n_base, rows = self.model.n_base, self._step.rows
+        command, slack = np.empty(len(self._names)), np.empty(6)
+        codes = np.empty(len(self._names) + len(rows.bound), np.int8)
+        scale = read_answer(
+            mode.table, mode.led, verdict, self._snap, answer.x, command, slack, codes
+        )
         return WholeBodyResult(
-            base=choice.base,
-            arm=arm.copy(),
-            rung=answer.rung,
-            reason=answer.reason,
-            active=tuple(active),
-            scale=choice.scale,
-            slack=slack,
-            clearance=case.rows.clearance,
-            clearance_pair="" if closest is None else self._rows.name(closest),
-            solve_time=answer.solve_time,
-            step_time=time.perf_counter() - start,
-            solver_fallback=answer.solver_fallback,
-            configuration=case.configuration,
+            command[:n_base],
+            command[n_base:],
+            answer.rung,
+            scale,
+            slack,
+            float(rows.clearance[0]),
+            answer.solve_time,
+            time.perf_counter() - start,
+            answer.solver_fallback,
+            answer,
+            describe.Situation(
+                codes, rows.slots.copy(), rows.closest.copy(), self._names, self._pair_names
+            ),
         )
+
+    def _late(self, age: float) -> str:
+        """Why a sample of that age [s] is not used; empty if it is."""
+        limit = self.parameters.largest_age
+        if age <= limit:
+            return ""
+        return f"the state is {age:.3g} s old, at most {limit:g} s is legal"
+
+    def _take(
+        self,
+        state: State,
+        tasks: Tasks,
+        locked: Sequence[str],
+        world: tuple[Sequence[Body], str | None, HeldObject | None],
+        gripper_width: float | None,
+    ) -> str:
+        """Take over a step's input. Returns why that can't be, empty if it can."""
+        try:
+            self._neighbourhood.update(*world)
+            self._inputs.take(state, tasks, locked, gripper_width)
+            self._bundle()
+        except Exception as error:
+            trouble = what_is_unusable(self.model, state, tasks, world[2], gripper_width)
+            return trouble or f"{type(error).__name__}: {error}"
+        if self._neighbourhood.finite:
+            return ""
+        trouble = what_is_unusable(self.model, state, tasks, world[2], gripper_width)
+        return trouble or "a body has a place that is not finite"
+
+    def _row_name(self, slot: int) -> str:
+        first, second = self._step.rows.slots[slot].tolist()
+        return self._pair_names.of(first, second)
+
+    def _bundle(self) -> None:
+        """Put together what the compiled step works on, if any of it was replaced."""
+        near, inputs, now = self._neighbourhood, self._inputs, self._step
+        if now.pairs is not near.pairs:  # pairs have other numbers: the rows start anew
+            self._step = self._bundled(self._empty_rows())
+        elif now.tools is not inputs.tools or now.state is not inputs.state:
+            self._step = self._bundled(now.rows)
+
+    def _empty_rows(self) -> RowArrays:
+        self._pair_names = self._neighbourhood.names()
+        return empty_rows(self._neighbourhood, len(self._names), self.parameters.collision_rows)
+
+    def _bundled(self, rows: RowArrays) -> StepArrays:
+        near, inputs = self._neighbourhood, self._inputs
+        step = StepArrays(
+            self._led.weights,
+            self._led.arrays,
+            self.model.chain,
+            near.segments.arrays,
+            near.shapes.arrays,
+            near.pairs,
+            near.near,
+            rows,
+            inputs.tools,
+            inputs.posture,
+            self._joints.arrays,
+            self._base.arrays,
+            inputs.state,
+        )
+        for mode in (self._led, self._free):
+            mode.table = _TABLE.write(step._replace(weights=mode.weights, problem=mode.arrays))
+        return step
 
     def _brake(
         self, reason: str, q: Array, previous: tuple[Array, Array], start: float
     ) -> WholeBodyResult:
         """Everything brakes as its limits allow; what was no number counts as at rest."""
         n_base, n_arm = self.model.n_base, self.model.n_arm
-        last_base = np.asarray(previous[0]) if usable(previous[0], n_base) else np.zeros(n_base)
-        last_arm = np.asarray(previous[1]) if usable(previous[1], n_arm) else np.zeros(n_arm)
+        last_base, last_arm = np.zeros(n_base), np.zeros(n_arm)
+        if isinstance(previous, Sequence) and len(previous) == 2:
+            if usable(previous[0], n_base):
+                last_base = np.array(previous[0], dtype=float)
+            if usable(previous[1], n_arm):
+                last_arm = np.array(previous[1], dtype=float)
         arm = self._joints.braked(last_arm)
         if usable(q, n_arm):
-            box = self._joints.box(np.asarray(q), last_arm)
+            box = self._joints.box(np.array(q, dtype=float), last_arm)
             arm = np.minimum(np.maximum(arm, box.hard_lower), box.hard_upper)
         return WholeBodyResult(
             base=self._base.braked(last_base) + 0.0,
             arm=arm,
             rung="brake",
-            reason=reason,
-            active=(),
             scale=0.0,
             slack=np.zeros(6),
             clearance=np.inf,
-            clearance_pair="",
             solve_time=0.0,
             step_time=time.perf_counter() - start,
             solver_fallback=False,
-            configuration=None,
+            _why=reason,
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Case:
-    """What a step starts from."""
+class _Mode:
+    """Problem, weights and solver of one way to move the base."""
 
-    configuration: Configuration
-    rows: CollisionRows
-    box: JointBox
-    last_base: Array
-    tool: ToolTask | None
-    posture: PostureTask | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Choice:
-    """What a step comes to."""
-
-    answer: Answer
-    problem: QpProblem
-    base: Array
-    scale: float
-    active: list[str]
+    def __init__(self, controller: WholeBodyController, led: bool, n: int) -> None:
+        p, rows = controller.parameters, controller.parameters.collision_rows
+        self.led = led
+        self.problem = QpProblem.empty(n, rows)
+        self.arrays = ProblemArrays(
+            *(getattr(self.problem, name) for name in ProblemArrays._fields)
+        )
+        self.weights = np.array(_weights(p, led, controller.dt))
+        self.table = np.empty(0, dtype=np.int64)
+        model = controller.model
+        names = describe.input_names(model)
+        variables = ("base", *model.arm_joints) if led else names
+        solver = make_solver(controller.solver, n, rows, p)
+        self.ladder = Ladder(solver, controller.solver, variables, model.n_arm, rows, p)
 
 
-def _problem(
-    H: Array, f: Array, A: Array, base_bounds: tuple[Array, Array], case: _Case
-) -> QpProblem:
-    """The QP whose variables are the base's, with the given bounds, then the arm's."""
-    low, high = base_bounds
-    box = case.box
-    return QpProblem(
-        H=H,
-        f=f,
-        A=A,
-        bound=case.rows.bound,
-        lower=np.concatenate((low, box.lower)),
-        upper=np.concatenate((high, box.upper)),
-        hard_lower=np.concatenate((low, box.hard_lower)),
-        hard_upper=np.concatenate((high, box.hard_upper)),
+def _weights(p: WholeBodyParameters, led: bool, dt: float) -> Weights:
+    holistic = p.holistic
+    slack = holistic.slack_weight
+    return Weights(
+        linear=p.linear_weight if led else slack,
+        angular=p.angular_weight if led else slack,
+        damping=p.damping if led else holistic.arm_weight,
+        manipulability=p.manipulability_weight if led else holistic.manipulability_weight,
+        base=0.0 if led else holistic.base_weight,
+        yaw=0.0 if led else holistic.yaw_weight,
+        servo_gain=holistic.servo_gain,
+        least_error=holistic.least_error,
+        largest_error=holistic.largest_error,
+        scale=p.scale_weight,
+        posture=p.posture_weight,
+        posture_gain=p.posture_gain,
+        posture_speed=p.posture_speed,
+        preferred_bound=p.preferred_bound_weight,
+        preferred_bound_margin=p.preferred_bound_margin,
+        pose_speed=p.pose_speed,
+        pose_turn_speed=p.pose_turn_speed,
+        retreat_speed=p.retreat_speed,
+        held_rows=float(p.held_rows),
+        dt=dt,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,8 +38,7 @@ def reach(pair: PairClass, model: RobotModel, parameters: WholeBodyParameters) -
     return max(pair.influence, pair.safe + max(parameters.noticed_speed / rate, braking))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Dampers:
+class Dampers(NamedTuple):
     """Distances and approach speeds of pairs; one entry a pair, in any shape.
 
     Attributes:

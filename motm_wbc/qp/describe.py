@@ -2,38 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.arrays import IntArray
 from motm_wbc.kinematics import RobotModel
 from motm_wbc.kinematics.parameters import PairClass
+from motm_wbc.qp.answer import FREE
 from motm_wbc.qp.dampers import approach_speed
-from motm_wbc.qp.limits import JointBox, JointLimits
+from motm_wbc.qp.nearby import PairNames
 from motm_wbc.qp.parameters import WholeBodyParameters
-from motm_wbc.qp.problem import QpProblem
+from motm_wbc.qp.problem import Kinds, Limit
+from motm_wbc.qp.rows import NO_PAIR
 
-_AT_BOUND = 1e-4  # [rad/s, m/s] from a bound that counts as being held by it
-
-
-def active_joints(
-    arm: Array, box: JointBox, limits: JointLimits, names: tuple[str, ...]
-) -> list[str]:
-    """Names of the joints whose velocities `arm` (n_arm,) are at a bound, and of which limit."""
-    found = []
-    above = arm >= box.upper - _AT_BOUND
-    below = arm <= box.lower + _AT_BOUND
-    for index in np.nonzero(above | below)[0].tolist():
-        kind = limits.binding(index, float(arm[index]), box, upper=bool(above[index]))
-        found.append(f"{names[index]} {kind}")
-    return found
+_WORDS = {
+    Limit.SPEED: "velocity",
+    Limit.POSITION: "position",
+    Limit.ACCELERATION: "acceleration",
+    Limit.LOCK: "locked",
+}
 
 
-def active_rows(x: Array, problem: QpProblem, row_name: Callable[[int], str]) -> list[str]:
-    """Names of the pairs whose collision rows `x` is at."""
-    room = problem.bound - problem.A @ x
-    return [row_name(slot) for slot in np.nonzero(room <= _AT_BOUND)[0].tolist()]
+class Situation(NamedTuple):
+    """What a command is held back by, in numbers; names are made when somebody asks.
+
+    Attributes:
+        codes: (n_inputs + r,) `Limit` that each input and row is at, or `FREE`.
+        slots: (r, 2) pairs of the rows.
+        nearest: (2,) the closest pair, or `NO_PAIR`.
+        inputs: (n_inputs,) names of the inputs.
+        pairs: names of the pairs.
+    """
+
+    codes: Kinds
+    slots: IntArray
+    nearest: IntArray
+    inputs: tuple[str, ...]
+    pairs: PairNames
+
+    def active(self) -> tuple[str, ...]:
+        """Names of the limits and pairs that the command is at."""
+        codes, count = self.codes.tolist(), len(self.inputs)
+        limits = [
+            f"{name} {_WORDS[Limit(code)]}"
+            for name, code in zip(self.inputs, codes[:count], strict=True)
+            if code != FREE
+        ]
+        rows = [self.pair(slot) for slot, code in enumerate(codes[count:]) if code != FREE]
+        return (*limits, *rows)
+
+    def pair(self, slot: int) -> str:
+        """Name of the pair in a row's slot."""
+        return self.pairs.of(int(self.slots[slot, 0]), int(self.slots[slot, 1]))
+
+    def closest(self) -> str:
+        """Name of the closest pair, empty if there is none."""
+        first, second = self.nearest.tolist()
+        return "" if first == NO_PAIR else self.pairs.of(first, second)
+
+
+def input_names(model: RobotModel) -> tuple[str, ...]:
+    """Names of the inputs: the base's, then the arm's joints."""
+    return (*(f"base {name}" for name in model.base_kind.inputs), *model.arm_joints)
 
 
 def limits_summary(model: RobotModel, dt: float, parameters: WholeBodyParameters) -> str:

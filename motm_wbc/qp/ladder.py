@@ -7,21 +7,25 @@ and the base's limits hold on every rung. Where no solver answers, the caller br
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from motm_wbc.geometry.arrays import Array, IntArray
+from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
+from motm_wbc.qp.conflict import Conflict
+from motm_wbc.qp.daqp_solver import DaqpSolver
+from motm_wbc.qp.elastic import ElasticProblem
 from motm_wbc.qp.parameters import WholeBodyParameters
-from motm_wbc.qp.problem import QpProblem
-from motm_wbc.qp.result import Rung
-from motm_wbc.qp.solvers import QpSolver, solve_exactly
+from motm_wbc.qp.problem import NO_BOUND, QpProblem, clip, excess
+from motm_wbc.qp.rung import Rung
+from motm_wbc.qp.solvers import QpSolver
 
-_NOTABLE = 1e-4  # excess of a limit that is worth naming [m/s, rad/s]
-_NAMED = 4  # culprits that a reason names
-_STIFFNESS = 1.0  # quadratic part of a penalty, for a unique answer
+_COUNTED = "osqp", "daqp"  # solvers that end after so many iterations in any case
+_CROSSED = 1e-9  # share of rounding in a box whose lower bound lies above its upper one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,134 +35,144 @@ class Answer:
     Attributes:
         x: (n,) inside all limits that the rung keeps; None: brake.
         rung: where it came from.
-        reason: what gave way, by name; empty for `full`.
-        solver_fallback: the chosen solver failed, daqp did not.
+        conflict: what contradicts what; None for `full`.
+        solver: name of the solver that answered.
+        solver_fallback: the chosen solver failed, or is not asked any more; daqp answered.
+        note: why the chosen solver is not asked any more; empty while it is.
         solve_time: wall time [s].
     """
 
     x: Array | None
     rung: Rung
-    reason: str
+    conflict: Conflict | None
+    solver: str
     solver_fallback: bool
+    note: str
     solve_time: float
+
+    @property
+    def reason(self) -> str:
+        """What contradicts what and what gave way, by name; made when it is asked for."""
+        if self.conflict is None:
+            return ""
+        return (
+            f"no solver found an answer; {self.conflict.text}"
+            if self.x is None
+            else (self.conflict.text)
+        )
 
 
 class Ladder:
     """Climbs down until a problem has an answer.
 
+    daqp judges what is feasible: it is exact, and finds out in some microseconds. So no
+    failure of the chosen solver leads to a lower rung, and no solver is waited for twice.
+
     Args:
         solver: the one to ask first.
-        joints: names of the arm's joints, the last variables of every problem.
-        parameters: tolerance and penalties.
+        name: of that solver.
+        variables: name of each variable; the arm's joints are the last ones.
+        n_arm: number of joints.
+        k: number of collision rows.
+        parameters: tolerance, penalties and the time that the solver is given.
     """
 
     def __init__(
-        self, solver: QpSolver, joints: Sequence[str], parameters: WholeBodyParameters
+        self,
+        solver: QpSolver,
+        name: str,
+        variables: Sequence[str],
+        n_arm: int,
+        k: int,
+        parameters: WholeBodyParameters,
     ) -> None:
-        self._solver = solver
-        self._joints = tuple(joints)
+        self._solver, self._name = solver, name
+        self._variables, self._n_arm = tuple(variables), n_arm
         self._parameters = parameters
+        n = len(self._variables)
+        self._daqp = DaqpSolver()
+        self._firm = ElasticProblem(n, n_arm, k, parameters, soft_rows=False)
+        self._soft = ElasticProblem(n, n_arm, k, parameters, soft_rows=True)
+        self._note = ""
 
     def solve(self, problem: QpProblem, row_name: Callable[[int], str]) -> Answer:
         """The best command that the first feasible rung has.
 
         Args:
             problem: of this step.
-            row_name: name of the pair in a collision row's slot.
+            row_name: name of the pair in a collision row's slot that is in use. Asked only
+                where not everything can be kept.
         """
         start = time.perf_counter()
-        x, rung, reason, fallback = self._descend(problem, row_name)
-        return Answer(x, rung, reason, fallback, time.perf_counter() - start)
-
-    def _descend(
-        self, problem: QpProblem, row_name: Callable[[int], str]
-    ) -> tuple[Array | None, Rung, str, bool]:
-        x = self._accepted(problem, self._solver.solve(problem))
+        x = None
+        if not self._note:
+            x = self._accepted(problem, self._asked(problem))
         if x is not None:
-            return x, "full", "", False
-        exact = solve_exactly(
-            problem.H, problem.f, problem.A, problem.bound, problem.lower, problem.upper
+            return self._answer(x, "full", None, start, chosen=True)
+        if self._name != "daqp":
+            x = self._accepted(problem, self._daqp.solve(problem))
+        if x is not None:
+            return self._answer(x, "full", None, start, chosen=False)
+        x = self._firm.solve(problem)
+        if x is not None and problem.excess(x) <= self._parameters.row_tolerance:
+            rung: Rung = "no_acceleration"
+        else:
+            x, rung = self._soft.solve(problem), "soft_collision"
+        conflict = Conflict(
+            problem,
+            x,
+            hard=rung != "no_acceleration",
+            variables=self._variables,
+            rows=[
+                row_name(slot) if bound < NO_BOUND else ""
+                for slot, bound in enumerate(problem.bound.tolist())
+            ],
+            n_arm=self._n_arm,
         )
-        x = self._accepted(problem, exact)
-        if x is not None:
-            return x, "full", "", True
-        rungs: tuple[Rung, Rung] = ("no_acceleration", "soft_collision")
-        for rung in rungs:
-            found = self._elastic(problem, soft_rows=rung == "soft_collision")
-            if found is not None:
-                x, over_joints, over_rows = found
-                return x, rung, self._reason(problem, x, over_joints, over_rows, row_name), False
-        return None, "brake", "no solver found an answer", False
+        return self._answer(x, "brake" if x is None else rung, conflict, start, chosen=True)
+
+    def _answer(
+        self, x: Array | None, rung: Rung, conflict: Conflict | None, start: float, *, chosen: bool
+    ) -> Answer:
+        fallback = not chosen or bool(self._note)
+        name = self._name if chosen and rung == "full" else "daqp"
+        elapsed = time.perf_counter() - start
+        return Answer(x, rung, conflict, name, fallback, self._note, elapsed)
+
+    def _asked(self, problem: QpProblem) -> Array | None:
+        """What the chosen solver says; it is not asked again if it takes too long.
+
+        The clock is the thread's own, so a busy machine does not count. Solvers that count
+        their iterations need no clock.
+        """
+        if self._name in _COUNTED:
+            return self._solver.solve(problem)
+        start = time.thread_time()
+        x = self._solver.solve(problem)
+        elapsed = time.thread_time() - start
+        if elapsed > self._parameters.solver_time_limit:
+            self._note = f"{self._name} took {elapsed:.2g} s and is not asked any more"
+        return x
 
     def _accepted(self, problem: QpProblem, x: Array | None) -> Array | None:
         """The answer clipped to its box, if it is one and keeps the collision rows."""
-        if x is None or not np.isfinite(x).all():
+        if x is None or x.shape != problem.f.shape:
             return None
-        clipped = problem.clip(x)
-        return clipped if problem.excess(clipped) <= self._parameters.row_tolerance else None
-
-    def _elastic(self, problem: QpProblem, *, soft_rows: bool) -> tuple[Array, Array, Array] | None:
-        """Answer, excess of each joint's acceleration bound, excess of each row in use.
-
-        Each bound that may give way has a variable of its own with an exact penalty (Kerrigan
-        and Maciejowski, "Soft constraints and exact penalty functions in MPC", 2000): it stays
-        zero wherever the bound can be kept.
-        """
-        n, n_arm = len(problem.f), len(self._joints)
-        rows = np.flatnonzero(np.isfinite(problem.bound))
-        n_rows = len(rows) if soft_rows else 0
-        total = n + n_arm + n_rows
-        H, f = _STIFFNESS * np.eye(total), np.empty(total)
-        H[:n, :n], f[:n] = problem.H, problem.f
-        f[n : n + n_arm] = self._parameters.acceleration_penalty
-        f[n + n_arm :] = self._parameters.collision_penalty
-        A = np.zeros((2 * n_arm + len(rows), total))
-        joint = np.arange(n_arm)
-        A[joint, n - n_arm + joint], A[joint, n + joint] = 1.0, -1.0
-        A[n_arm + joint, n - n_arm + joint], A[n_arm + joint, n + joint] = -1.0, -1.0
-        A[2 * n_arm :, :n] = problem.A[rows]
-        if soft_rows:
-            A[2 * n_arm + np.arange(n_rows), n + n_arm + np.arange(n_rows)] = -1.0
-        bound = np.concatenate(
-            (problem.upper[n - n_arm :], -problem.lower[n - n_arm :], problem.bound[rows])
+        inside = np.empty_like(x)
+        valid = _accept(
+            x, problem.A, problem.lower, problem.upper, self._parameters.row_tolerance, inside
         )
-        lower, upper = np.zeros(total), np.full(total, np.inf)
-        lower[:n], upper[:n] = problem.hard_lower, problem.hard_upper
-        z = solve_exactly(H, f, A, bound, lower, upper)
-        if z is None:
-            return None
-        x = problem.clip_hard(z[:n])
-        if not soft_rows and problem.excess(x) > self._parameters.row_tolerance:
-            return None
-        return x, *self._excesses(problem, x, rows)
+        return inside if valid else None
 
-    def _excesses(self, problem: QpProblem, x: Array, rows: IntArray) -> tuple[Array, Array]:
-        arm = slice(len(x) - len(self._joints), None)
-        over = np.maximum(x - problem.upper, problem.lower - x)[arm]
-        passed = np.full(len(problem.bound), -np.inf)
-        passed[rows] = problem.A[rows] @ x - problem.bound[rows]
-        return over, passed
 
-    def _reason(
-        self,
-        problem: QpProblem,
-        x: Array,
-        over_joints: Array,
-        over_rows: Array,
-        row_name: Callable[[int], str],
-    ) -> str:
-        """What gave way, worst first, and against what."""
-        gave = [
-            (float(over_rows[slot]), f"{row_name(slot)} by {over_rows[slot]:.2g} m/s")
-            for slot in np.flatnonzero(over_rows > _NOTABLE).tolist()
-        ]
-        gave += [
-            (float(over), f"acceleration of {name} by {over:.2g} rad/s")
-            for name, over in zip(self._joints, over_joints.tolist(), strict=True)
-            if over > _NOTABLE
-        ]
-        gave.sort(key=lambda item: -item[0])
-        tight = np.flatnonzero(np.abs(problem.A @ x - problem.bound) <= _NOTABLE).tolist()
-        kept = [row_name(slot) for slot in tight]
-        text = "gave way: " + ("; ".join(name for _, name in gave[:_NAMED]) or "rounding only")
-        return text + (f"; held against {', '.join(kept[:_NAMED])}" if kept else "")
+@kernel
+def _accept(
+    x: Array, A: Array, lower: Array, upper: Array, tolerance: float, inside: Array
+) -> bool:
+    """Clip `x` (n,) to its box, into `inside`; whether it is finite and keeps all limits."""
+    n = len(x)
+    for i in range(n):
+        if not math.isfinite(x[i]) or not lower[i] <= upper[i] + _CROSSED:
+            return False
+    clip(x, lower[:n], upper[:n], inside)
+    return bool(excess(A, upper[n:], inside) <= tolerance)

@@ -46,6 +46,10 @@ class WholeBodyParameters(Data):
     """Weight of the tool's linear velocity; large beside all that the redundancy is for."""
     angular_weight: PositiveWeight = 5.0
     """Weight of the tool's angular velocity."""
+    pose_speed: Annotated[float, Field(gt=0.0, le=10.0)] = 0.5
+    """Largest speed that an error of a tool's position asks for [m/s]."""
+    pose_turn_speed: Annotated[float, Field(gt=0.0, le=20.0)] = 1.5
+    """Largest turn rate that an error of a tool's orientation asks for [rad/s]."""
     damping: PositiveWeight = 0.01
     """Weight of the arm's joint velocities (Holistic's)."""
     scale_weight: PositiveWeight = 100.0
@@ -81,13 +85,18 @@ class WholeBodyParameters(Data):
     """Pairs that the QP sees in one step: the nearest, each measured by its class."""
     held_rows: Annotated[int, Field(ge=1, le=20)] = 3
     """Of these, how many may be spent on the held object and one body."""
+    largest_age: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
+    """Age of a sensor sample above which the controller brakes [s]."""
     recovery_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 0.2
     """Largest speed with which a joint outside its range comes back [rad/s]."""
 
     solver_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-5
-    """Absolute tolerance of OSQP; the relative one is zero."""
-    solver_iterations: Annotated[int, Field(ge=10, le=100_000)] = 1000
+    """Absolute tolerance of OSQP where its answer cannot be polished; the relative one is zero."""
+    solver_iterations: Annotated[int, Field(ge=10, le=100_000)] = 200
     """Iterations after which OSQP counts as failed."""
+    solver_time_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 0.01
+    """Time of the processor after which a solver is not asked again [s]: daqp answers from
+    then on."""
     row_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-4
     """Largest violation of a collision row in an accepted answer [m/s]."""
     acceleration_penalty: PositiveWeight = 300.0

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.kinematics import Configuration
+from motm_wbc.qp.describe import Situation
+from motm_wbc.qp.ladder import Answer
+from motm_wbc.qp.rung import Rung
 
-Rung = Literal["full", "no_acceleration", "soft_collision", "brake"]
-"""Rungs of the ladder, from normal operation to the last resort."""
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class WholeBodyResult:
     """A command, and why it is what it is. There is one in every case.
 
@@ -22,31 +20,45 @@ class WholeBodyResult:
         rung: `full`: all limits and collision rows hold. `no_acceleration`: the arm's
             acceleration limits gave way. `soft_collision`: collision rows gave way, too.
             `brake`: the input was unusable or no solver answered; everything brakes.
-        reason: one line that names what contradicted what; empty for `full`.
-        active: names of the limits and pairs that hold the command back.
         scale: factor that navigation's command was scaled by; 0.0 where the base brakes on
             its last arc instead; 1.0 without navigation.
-        slack: (6,) the tool task's twist less the tool's, world axes [m/s, rad/s]; zero
-            without a tool task.
+        slack: (6,) the twist that is asked of the robot's own tool less the one it gets, at
+            the step's beginning, world axes [m/s, rad/s]; zero without a tool task.
         clearance: smallest distance of the pairs within their influence distance [m];
             infinite if there is none.
-        clearance_pair: name of that pair, empty if there is none.
         solve_time: wall time of the solvers [s].
         step_time: wall time of the whole step [s].
         solver_fallback: the chosen solver failed on a problem that daqp then solved.
-        configuration: of the robot in this step; None if the input was unusable.
     """
 
     base: Array
     arm: Array
     rung: Rung
-    reason: str
-    active: tuple[str, ...]
     scale: float
     slack: Array
     clearance: float
-    clearance_pair: str
     solve_time: float
     step_time: float
     solver_fallback: bool
-    configuration: Configuration | None
+    _why: Answer | str = field(default="", repr=False)
+    _situation: Situation | None = field(default=None, repr=False)
+
+    @property
+    def reason(self) -> str:
+        """One line that names what contradicted what; empty for `full`."""
+        return self._why if isinstance(self._why, str) else self._why.reason
+
+    @property
+    def note(self) -> str:
+        """Why the chosen solver is not asked any more; empty while it is."""
+        return "" if isinstance(self._why, str) else self._why.note
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Names of the limits and pairs that hold the command back."""
+        return () if self._situation is None else self._situation.active()
+
+    @property
+    def clearance_pair(self) -> str:
+        """Name of the pair with the smallest distance, empty if there is none."""
+        return "" if self._situation is None else self._situation.closest()

@@ -15,197 +15,302 @@ allows the largest speed from which the base can stop in time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
 from motm_wbc.geometry.braking import stopping_speed
-from motm_wbc.kinematics import Configuration, Part, RobotModel
-from motm_wbc.qp.limits import BaseBounds
-from motm_wbc.qp.nearby import NearPairs, Neighbourhood
-from motm_wbc.qp.parameters import WholeBodyParameters
+from motm_wbc.geometry.jit import kernel
+from motm_wbc.qp.limits import BaseArrays
+from motm_wbc.qp.nearby import NearArrays, Neighbourhood, PairArrays
+from motm_wbc.qp.segments import SegmentArrays
+from motm_wbc.qp.shapes import SceneArrays
 
-_FREE_JOINTS = 2  # with fewer joints the arm can't pull a link back while the base goes on
 _BRAKES = 0.98  # share of the deceleration that is counted on: normals turn on the way
 _SLOW = 1e-6  # [m/s] stands for a closing speed that is none
+NO_PAIR = -1
+"""Stands for the pair of a slot that is not in use."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CollisionRows:
-    """Linear bounds A x <= bound of the inputs x, in a fixed number of slots.
+class RowArrays(NamedTuple):
+    """Collision rows in r slots, and what chooses them.
 
     Attributes:
-        A: (k, n_base + n_arm); zero in a slot that is not in use.
-        bound: (k,) [m/s]; infinite in a slot that is not in use.
-        first: (k,) segment of the robot.
-        second: (k,) the other body, as in `NearPairs`.
-        clearance: smallest distance of any near pair [m], infinite if there is none.
-        closest: the pair that has it, as (first, second), or None.
+        A: (r, n_inputs) rates at which each pair comes nearer; zero in a slot not in use.
+        bound: (r,) largest rate [m/s]; `NO_BOUND` in a slot not in use.
+        slots: (r, 2) segment and other body, as in `NearArrays`; `NO_PAIR` for none.
+        slot_of: (k, s + k) slot that each pair is in, or `NO_PAIR`.
+        allowed: (c,) approach speed that each near pair's damper allows [m/s].
+        rank: (c,) speed that near pairs are chosen by, least first [m/s].
+        heap: (c,) near pairs, for choosing.
+        chosen: (r,) near pairs that get rows.
+        spent: (s + k,) rows that are spent on the held object and each other body.
+        kept: (r,) the slot keeps its pair.
+        clearance: (1,) smallest distance of any near pair [m], infinite if there is none.
+        closest: (2,) the pair that has it, or `NO_PAIR`.
     """
 
     A: Array
     bound: Array
-    first: IntArray
-    second: IntArray
-    clearance: float
-    closest: tuple[int, int] | None
+    slots: IntArray
+    slot_of: IntArray
+    allowed: Array
+    rank: Array
+    heap: IntArray
+    chosen: IntArray
+    spent: IntArray
+    kept: BoolArray
+    clearance: Array
+    closest: IntArray
 
 
-class RowBuilder:
-    """Keeps each pair in one slot as long as it stays near, for the solver's warm start.
+def empty_rows(neighbourhood: Neighbourhood, n_inputs: int, count: int) -> RowArrays:
+    """Rows for all pairs of a neighbourhood, none in use.
 
     Args:
-        model: the robot.
-        neighbourhood: what `build` takes its pairs from.
-        dt: control step [s].
-        parameters: of the controller.
+        neighbourhood: as it is classified now.
+        n_inputs: number of the base's and the arm's inputs.
+        count: number of slots.
     """
+    segments, bodies = neighbourhood.pairs.safe.shape
+    room = len(neighbourhood.near.pair)
+    return RowArrays(
+        A=np.zeros((count, n_inputs)),
+        bound=np.zeros(count),
+        slots=np.full((count, 2), NO_PAIR),
+        slot_of=np.full((segments, bodies), NO_PAIR),
+        allowed=np.zeros(room),
+        rank=np.zeros(room),
+        heap=np.zeros(room, dtype=np.int64),
+        chosen=np.zeros(count, dtype=np.int64),
+        spent=np.zeros(bodies, dtype=np.int64),
+        kept=np.zeros(count, dtype=np.bool_),
+        clearance=np.full(1, np.inf),
+        closest=np.full(2, NO_PAIR),
+    )
 
-    def __init__(
-        self,
-        model: RobotModel,
-        neighbourhood: Neighbourhood,
-        dt: float,
-        parameters: WholeBodyParameters,
-    ) -> None:
-        self._n_base = model.n_base
-        self._inputs = model.n_base + model.n_arm
-        self._base_change = BaseBounds(model.base_limits, model.n_base, dt).change
-        self._dt = dt
-        self._retreat = parameters.retreat_speed
-        self._neighbourhood = neighbourhood
-        self._count = parameters.collision_rows
-        self._held_rows = parameters.held_rows
-        self.renumber()
 
-    def renumber(self) -> None:
-        """Forget the slots; the numbers of pairs have changed."""
-        self._slots: list[int] = [-1] * self._count
-        segments, shapes = self._neighbourhood.segments, self._neighbourhood.shapes
-        # rows of what moves the other body of a pair: the scene nothing, the base its inputs
-        parts = np.zeros((len(shapes.owner), self._inputs))
-        parts[0, : self._n_base] = 1.0
-        self._moves_other = np.concatenate((parts, segments.moved_by))
-        self._parts = len(shapes.owner)
-        self._on_base = segments.moved_by[:, self._n_base :].sum(axis=1) < _FREE_JOINTS
-        self._is_held = np.array([part is Part.HELD for part in segments.parts])
+@kernel
+def write_rows(
+    segments: SegmentArrays,
+    scene: SceneArrays,
+    pairs: PairArrays,
+    near: NearArrays,
+    count: int,
+    base: BaseArrays,
+    J_world: Array,
+    lead: Array,
+    retreat_speed: float,
+    held_rows: int,
+    no_bound: float,
+    dt: float,
+    rows: RowArrays,
+) -> None:
+    """Turn the `count` near pairs into the rows of those that may approach least.
 
-    def build(self, configuration: Configuration, lead: Array) -> CollisionRows:
-        """The rows of the pairs that may approach least.
+    Args:
+        segments: of the robot.
+        scene: all solids.
+        pairs: what holds for each pair.
+        near: the near pairs.
+        count: their number.
+        base: limits of the base's inputs.
+        J_world: (6, n_inputs) of the robot.
+        lead: (n_base,) base inputs that are asked for, or were last.
+        retreat_speed: largest speed with which a pair too near is led apart [m/s].
+        held_rows: rows that may be spent on the held object and one body.
+        no_bound: bound of a slot that is not in use.
+        dt: control step [s].
+        rows: is written.
+    """
+    _rank(segments, pairs, near, count, base, retreat_speed, dt, rows)
+    chosen = _choose(segments, near, count, held_rows, rows)
+    _assign_slots(near, chosen, rows)
+    for slot in range(len(rows.bound)):
+        if rows.slots[slot, 0] == NO_PAIR:
+            rows.A[slot, :] = 0.0
+            rows.bound[slot] = no_bound
+    parts = len(scene.radius)
+    for c in range(chosen):
+        index = rows.chosen[c]
+        i, j = near.pair[index, 0], near.pair[index, 1]
+        slot = rows.slot_of[i, j]
+        _rate_row(segments, parts, near.contact[index], i, j, len(lead), J_world, rows.A[slot])
+        limit = rows.allowed[index]
+        if segments.on_base[i] and j < parts:
+            room = near.contact[index, 0] - pairs.safe[i, j]
+            limit = _base_stop(rows.A[slot], room, lead, base, dt)
+        if j < parts:
+            limit += _speed_of_solid(scene, j, near.contact[index])
+        if segments.on_base[i] and j < parts:
+            limit = max(limit, 0.0)  # it stops; to flee is navigation's business
+        rows.bound[slot] = limit
 
-        Args:
-            configuration: of the robot.
-            lead: (n_base,) base inputs that are asked for, or were last.
-        """
-        near = self._neighbourhood.find(configuration)
-        A = np.zeros((self._count, self._inputs))
-        bound = np.full(self._count, np.inf)
-        ends = np.zeros((2, self._count), dtype=np.intp)
-        if len(near) == 0:
-            self._slots = [-1] * self._count
-            return CollisionRows(A, bound, ends[0], ends[1], np.inf, None)
-        room = near.distance - near.dampers.safe
-        allowed = np.maximum(near.dampers.rate * room, -self._retreat)
-        fixed = self._on_base[near.first] & (near.second < self._parts)
-        chosen = self._nearest(near, self._ranked(allowed, room, fixed))
-        first, second = near.first[chosen], near.second[chosen]
-        slots = self._assign(first * len(self._moves_other) + second)
-        normal, point = near.normal[chosen], near.point[chosen]
-        rates = self._jacobian_rows(configuration, normal, point, first, second)
-        limit = allowed[chosen] + self._speed_of_other(normal, point, second)
-        stuck = np.nonzero(fixed[chosen])[0]
-        if stuck.size:
-            stops = self._base_stops(rates[stuck], room[chosen][stuck], lead)
-            stops += limit[stuck] - allowed[chosen][stuck]
-            limit[stuck] = np.maximum(stops, 0.0)  # it stops; to flee is navigation's business
-        A[slots], bound[slots] = rates, limit
-        ends[0, slots], ends[1, slots] = first, second
-        least = int(near.distance.argmin())
-        closest = int(near.first[least]), int(near.second[least])
-        return CollisionRows(A, bound, ends[0], ends[1], float(near.distance[least]), closest)
 
-    def name(self, pair: tuple[int, int]) -> str:
-        """Names of the two bodies of a pair."""
-        return self._neighbourhood.name(*pair)
+@kernel
+def _rank(
+    segments: SegmentArrays,
+    pairs: PairArrays,
+    near: NearArrays,
+    count: int,
+    base: BaseArrays,
+    retreat_speed: float,
+    dt: float,
+    rows: RowArrays,
+) -> None:
+    """Write how fast each near pair may approach, and which is the closest."""
+    parts = pairs.reach.shape[1]
+    rows.clearance[0], rows.closest[0] = np.inf, NO_PAIR
+    for c in range(count):
+        i, j = near.pair[c, 0], near.pair[c, 1]
+        distance = near.contact[c, 0]
+        room = distance - pairs.safe[i, j]
+        rows.allowed[c] = max(pairs.rate[i, j] * room, -retreat_speed)
+        rows.rank[c] = rows.allowed[c]
+        if segments.on_base[i] and j < parts:
+            brakes = base.change[0] / dt
+            rows.rank[c] = min(rows.rank[c], stopping_speed(room, brakes, dt))
+        if distance < rows.clearance[0]:
+            rows.clearance[0] = distance
+            rows.closest[0], rows.closest[1] = i, j
 
-    def _nearest(self, near: NearPairs, allowed: Array) -> IntArray:
-        order = np.argsort(allowed, kind="stable")
-        if self._neighbourhood.segments.held is not None:
-            order = order[self._not_too_many_of_held(near.first[order], near.second[order])]
-        return order[: self._count]
 
-    def _not_too_many_of_held(self, first: IntArray, second: IntArray) -> BoolArray:
-        """Pairs to keep, of pairs from near to far: a box's edges would take all the slots."""
-        keep = np.ones(len(first), dtype=bool)
-        spent: dict[int, int] = {}
-        for index in np.flatnonzero(self._is_held[first]).tolist():
-            other = int(second[index])
-            spent[other] = spent.get(other, 0) + 1
-            keep[index] = spent[other] <= self._held_rows
-        return keep
+@kernel
+def _choose(
+    segments: SegmentArrays, near: NearArrays, count: int, held_rows: int, rows: RowArrays
+) -> int:
+    """Write the pairs that get rows to `rows.chosen`; returns their number.
 
-    def _ranked(self, allowed: Array, room: Array, fixed: BoolArray) -> Array:
-        """(m,) speeds that pairs are ranked by: for those `fixed` to the base its brakes count."""
-        if not fixed.any():
-            return allowed
-        brakes = float(self._base_change[0]) / self._dt
-        return np.where(fixed, np.minimum(allowed, stopping_speed(room, brakes, self._dt)), allowed)
+    A held box's edges would take all slots: it gets `held_rows` for each other body.
+    """
+    slots = len(rows.bound)
+    holding = segments.is_held[-1]
+    if count <= slots and not holding:
+        for c in range(count):
+            rows.chosen[c] = c
+        return count
+    for c in range(count):
+        rows.heap[c] = c
+    rows.spent[:] = 0
+    _heapify(rows.heap, count, rows.rank)
+    chosen, left = 0, count
+    while left > 0 and chosen < slots:
+        best = rows.heap[0]
+        left -= 1
+        rows.heap[0] = rows.heap[left]
+        _sift(rows.heap, 0, left, rows.rank)
+        i, j = near.pair[best, 0], near.pair[best, 1]
+        if segments.is_held[i]:
+            rows.spent[j] += 1
+            if rows.spent[j] > held_rows:
+                continue
+        rows.chosen[chosen] = best
+        chosen += 1
+    return chosen
 
-    def _base_stops(self, rates: Array, room: Array, lead: Array) -> Array:
-        """(m,) speeds from which the base, braking on its arc, stops within `room` (m,) [m].
 
-        Braking shrinks all inputs as one, so the closing speed falls as evenly as they do.
-        """
-        J = rates[:, : self._n_base]
-        closing = J @ lead
-        steps = max(float(np.max(np.abs(lead) / self._base_change)), 1.0)
-        at_rest = np.abs(J) @ self._base_change  # nothing closes in: all that the brakes have
-        deceleration = np.where(closing > _SLOW, closing / steps, at_rest + _SLOW) / self._dt
-        return stopping_speed(room, _BRAKES * deceleration, self._dt)
+@kernel
+def _assign_slots(near: NearArrays, chosen: int, rows: RowArrays) -> None:
+    """Give the chosen pairs their slots: the old ones where they had one.
 
-    def _assign(self, numbers: IntArray) -> list[int]:
-        """Slots of the pairs with these numbers: the old ones where they had one."""
-        wanted = numbers.tolist()
-        old = {number: slot for slot, number in enumerate(self._slots) if number >= 0}
-        kept = {number: old[number] for number in wanted if number in old}
-        taken = set(kept.values())
-        free = iter([slot for slot in range(self._count) if slot not in taken])
-        slots = [kept[number] if number in kept else next(free) for number in wanted]
-        self._slots = [-1] * self._count
-        for slot, number in zip(slots, wanted, strict=True):
-            self._slots[slot] = number
-        return slots
+    A pair keeps its slot as long as it stays near, for the solver's warm start.
+    """
+    rows.kept[:] = False
+    for c in range(chosen):
+        i, j = near.pair[rows.chosen[c], 0], near.pair[rows.chosen[c], 1]
+        if rows.slot_of[i, j] != NO_PAIR:
+            rows.kept[rows.slot_of[i, j]] = True
+    for slot in range(len(rows.kept)):
+        i, j = rows.slots[slot, 0], rows.slots[slot, 1]
+        if i != NO_PAIR and not rows.kept[slot]:
+            rows.slot_of[i, j] = NO_PAIR
+            rows.slots[slot, 0] = NO_PAIR
+    free = 0
+    for c in range(chosen):
+        i, j = near.pair[rows.chosen[c], 0], near.pair[rows.chosen[c], 1]
+        if rows.slot_of[i, j] != NO_PAIR:
+            continue
+        while rows.slots[free, 0] != NO_PAIR:
+            free += 1
+        rows.slot_of[i, j] = free
+        rows.slots[free, 0], rows.slots[free, 1] = i, j
 
-    def _jacobian_rows(
-        self,
-        configuration: Configuration,
-        normal: Array,
-        point: Array,
-        first: IntArray,
-        second: IntArray,
-    ) -> Array:
-        """(m, n_inputs) rates at which the pairs come nearer, for each input.
 
-        n (v + w x p) = n v + w (p x n); both points of a pair lie on one line along n, so
-        p x n is the same for both, and what moves both drops out.
-        """
-        moment = np.empty_like(point)
-        moment[:, 0] = point[:, 1] * normal[:, 2] - point[:, 2] * normal[:, 1]
-        moment[:, 1] = point[:, 2] * normal[:, 0] - point[:, 0] * normal[:, 2]
-        moment[:, 2] = point[:, 0] * normal[:, 1] - point[:, 1] * normal[:, 0]
-        J = configuration.J_world
-        rates = normal @ J[:3] + moment @ J[3:]
-        moved_by = self._neighbourhood.segments.moved_by
-        return np.asarray(rates * (moved_by[first] - self._moves_other[second]))
+@kernel
+def _rate_row(
+    segments: SegmentArrays,
+    parts: int,
+    contact: Array,
+    i: int,
+    j: int,
+    n_base: int,
+    J_world: Array,
+    row: Array,
+) -> None:
+    """Write the rates (n_inputs,) at which a pair comes nearer, for each input.
 
-    def _speed_of_other(self, normal: Array, point: Array, second: IntArray) -> Array:
-        """(m,) speeds at which the other bodies move along n by themselves [m/s]."""
-        shapes = self._neighbourhood.shapes
-        if not shapes.velocity.any():
-            return np.zeros(len(second))
-        part = np.where(second < len(shapes.owner), second, 0)  # the robot's own: at rest
-        velocity, arm = shapes.velocity[part], point[:, :2] - shapes.centre[part]
-        along_x = velocity[:, 0] - velocity[:, 2] * arm[:, 1]
-        along_y = velocity[:, 1] + velocity[:, 2] * arm[:, 0]
-        return np.asarray(normal[:, 0] * along_x + normal[:, 1] * along_y)
+    n (v + w x p) = n v + w (p x n); both points of a pair lie on one line along n, so p x n
+    is the same for both, and what moves both drops out.
+    """
+    px, py, pz = contact[1], contact[2], contact[3]
+    nx, ny, nz = contact[4], contact[5], contact[6]
+    mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
+    for c in range(len(row)):
+        moves = segments.moved_by[i, c]
+        if j >= parts:
+            moves -= segments.moved_by[j - parts, c]
+        elif j == 0 and c < n_base:
+            moves -= 1.0
+        row[c] = moves * (
+            nx * J_world[0, c] + ny * J_world[1, c] + nz * J_world[2, c]
+            + mx * J_world[3, c] + my * J_world[4, c] + mz * J_world[5, c]
+        )  # fmt: skip
+
+
+@kernel
+def _base_stop(row: Array, room: float, lead: Array, base: BaseArrays, dt: float) -> float:
+    """Speed from which the base, braking on its arc, stops within `room` [m].
+
+    Braking shrinks all inputs as one, so the closing speed falls as evenly as they do.
+    """
+    closing, at_rest, steps = 0.0, 0.0, 1.0
+    for c in range(len(lead)):
+        closing += row[c] * lead[c]
+        at_rest += abs(row[c]) * base.change[c]  # nothing closes in: all that the brakes have
+        steps = max(steps, abs(lead[c]) / base.change[c])
+    change = closing / steps if closing > _SLOW else at_rest + _SLOW
+    return stopping_speed(room, _BRAKES * change / dt, dt)
+
+
+@kernel
+def _speed_of_solid(scene: SceneArrays, j: int, contact: Array) -> float:
+    """Speed at which a solid moves by itself along the normal of a contact [m/s]."""
+    velocity, centre = scene.velocity[j], scene.poses[j]
+    along_x = velocity[0] - velocity[2] * (contact[2] - centre[1])
+    along_y = velocity[1] + velocity[2] * (contact[1] - centre[0])
+    return float(contact[4] * along_x + contact[5] * along_y)
+
+
+@kernel
+def _heapify(heap: IntArray, count: int, rank: Array) -> None:
+    """Order heap[0:count] so that the least rank, at a tie the least number, is on top."""
+    for root in range(count // 2 - 1, -1, -1):
+        _sift(heap, root, count, rank)
+
+
+@kernel
+def _sift(heap: IntArray, root: int, count: int, rank: Array) -> None:
+    """Let heap[root] sink to its place."""
+    while True:
+        least = root
+        for child in (2 * root + 1, 2 * root + 2):
+            if child < count and (
+                rank[heap[child]] < rank[heap[least]]
+                or (rank[heap[child]] == rank[heap[least]] and heap[child] < heap[least])
+            ):
+                least = child
+        if least == root:
+            return
+        heap[root], heap[least] = heap[least], heap[root]
+        root = least

@@ -2,12 +2,59 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from motm_wbc.geometry.arrays import Array
-from motm_wbc.kinematics import Configuration, Part, RobotModel
+from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
+from motm_wbc.geometry.jit import kernel
+from motm_wbc.kinematics import Part, RobotModel
 from motm_wbc.qp.held import box_segments
 from motm_wbc.qp.tasks import HeldObject
+
+_FREE_JOINTS = 2  # with fewer joints the arm can't pull a link back while the base goes on
+
+
+class SegmentArrays(NamedTuple):
+    """Segments with radii that move with joint frames, k of them.
+
+    Attributes:
+        joint: (k,) joint frame that each moves with.
+        local: (k, 2, 3) ends in that frame [m].
+        radius: (k,) [m].
+        ball: (k,) radius of the ball about each segment's centre that holds it all [m].
+        moved_by: (k, n_inputs) 1.0 for each input that moves the segment.
+        is_held: (k,) it belongs to the held object.
+        on_base: (k,) it stands on the base: the arm can't pull it back.
+    """
+
+    joint: IntArray
+    local: Array
+    radius: Array
+    ball: Array
+    moved_by: Array
+    is_held: BoolArray
+    on_base: BoolArray
+
+
+@kernel
+def place_segments(
+    segments: SegmentArrays, rotations: Array, translations: Array, ends: Array
+) -> None:
+    """Write the ends (k, 2, 3) of all segments in the world [m].
+
+    Args:
+        segments: of the robot.
+        rotations: (m, 3, 3) of the joint frames.
+        translations: (m, 3) of the joint frames [m].
+        ends: is written.
+    """
+    for k in range(len(segments.joint)):
+        R, p = rotations[segments.joint[k]], translations[segments.joint[k]]
+        for e in range(2):
+            x, y, z = segments.local[k, e, 0], segments.local[k, e, 1], segments.local[k, e, 2]
+            for i in range(3):
+                ends[k, e, i] = p[i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
 
 
 class RobotSegments:
@@ -16,10 +63,9 @@ class RobotSegments:
     Attributes:
         names: (k,) of the capsules; the held object's segments have its name.
         parts: (k,) what each belongs to.
-        radius: (k,) [m].
-        ball: (k,) radius of the ball about each segment's centre that holds it all [m].
-        moved_by: (k, n_base + n_arm) 1.0 for each input that moves the segment.
         held: the held object.
+        finite: whether its size and its place are numbers.
+        arrays: the segments.
 
     Args:
         model: the robot.
@@ -28,24 +74,30 @@ class RobotSegments:
 
     def __init__(self, model: RobotModel, held: HeldObject | None) -> None:
         self.held = held
+        self._tool_joint, self._T_joint_tool = model.tool_frame
+        self.finite = True
         self.names: tuple[str, ...] = model.capsules.names
         self.parts: tuple[Part, ...] = model.capsules.part
-        self.radius = np.asarray(model.capsules.radius, dtype=float)
-        self.moved_by = np.asarray(model.capsule_moved_by, dtype=float)
-        local = model.capsule_ends
+        joint, local = model.capsule_joint, model.capsule_ends
+        radius, moved_by = model.capsules.radius, model.capsule_moved_by
         if held is not None:
-            ends, radius = box_segments(held.size)
-            self._held_ends = ends
-            self._held_in_tool = _placed(ends, held.T_tool_held)
-            self.names += (held.name,) * len(ends)
-            self.parts += (Part.HELD,) * len(ends)
-            self.radius = np.concatenate((self.radius, radius))
-            self.moved_by = np.concatenate(
-                (self.moved_by, np.ones((len(ends), count_inputs(model))))
-            )
-            local = np.concatenate((local, ends))
+            self._box, thickness = box_segments(held.size)
+            self.names += (held.name,) * len(self._box)
+            self.parts += (Part.HELD,) * len(self._box)
+            joint = np.append(joint, np.full(len(self._box), self._tool_joint))
+            local = np.concatenate((local, self._in_joint_frame(held)))
+            radius = np.concatenate((radius, thickness))
+            moved_by = np.concatenate((moved_by, np.ones((len(self._box), moved_by.shape[1]))))
         reach = local[:, 1] - local[:, 0]
-        self.ball = 0.5 * np.sqrt((reach * reach).sum(axis=1)) + self.radius
+        self.arrays = SegmentArrays(
+            joint=np.array(joint, dtype=np.int64),
+            local=np.array(local, dtype=float),
+            radius=np.array(radius, dtype=float),
+            ball=0.5 * np.sqrt((reach * reach).sum(axis=1)) + radius,
+            moved_by=np.array(moved_by, dtype=float),
+            is_held=np.array([part is Part.HELD for part in self.parts]),
+            on_base=moved_by[:, model.n_base :].sum(axis=1) < _FREE_JOINTS,
+        )
 
     def __len__(self) -> int:
         return len(self.names)
@@ -62,25 +114,14 @@ class RobotSegments:
         if held is None or mine is None or not _same_kind(held, mine):
             return False
         self.held = held
-        self._held_in_tool = _placed(self._held_ends, held.T_tool_held)
+        self.arrays.local[-len(self._box) :] = self._in_joint_frame(held)
         return True
 
-    def ends(self, configuration: Configuration) -> Array:
-        """(k, 2, 3) ends of the segments in the world [m]."""
-        segments = configuration.capsule_segments()
-        if self.held is None:
-            return segments
-        return np.concatenate((segments, _placed(self._held_in_tool, configuration.T_world_tool)))
-
-
-def count_inputs(model: RobotModel) -> int:
-    """Number of inputs: the base's and the arm's."""
-    return model.n_base + model.n_arm
-
-
-def _placed(ends: Array, T: Array) -> Array:
-    """Segments' ends (k, 2, 3), given in the frame of T (4, 4), in its parent."""
-    return np.asarray(ends @ T[:3, :3].T + T[:3, 3])
+    def _in_joint_frame(self, held: HeldObject) -> Array:
+        T = self._T_joint_tool @ held.T_tool_held
+        ends = np.asarray(self._box @ T[:3, :3].T + T[:3, 3])
+        self.finite = bool(np.isfinite(ends).all())
+        return ends
 
 
 def _same_kind(first: HeldObject, second: HeldObject) -> bool:

@@ -1,30 +1,76 @@
-"""All solids about the robot as arrays: where they are now, and a first rough distance."""
+"""All solids about the robot as arrays: where they are now, and the boxes that hold them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.upright import UprightCylinders, UprightPrisms
+from motm_wbc.geometry.arrays import Array, IntArray
+from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.prism import outline_edges, place_edges
 from motm_wbc.qp.bodies import Body
 
 BASE = -1
 """Index that stands for the robot's own base in `SceneShapes.owner`."""
 
 
+class SceneArrays(NamedTuple):
+    """Convex upright solids, s of them; solid 0 is the robot's base.
+
+    Attributes:
+        first_edge: (s + 1,) where the edges of each prism begin; a cylinder has none.
+        local_edges: (e, 7) edges of all prisms in their bodies' frames, as `outline_edges`.
+        edges: (e, 7) the same in the world.
+        radius: (s,) of cylinders [m]; zero for prisms.
+        faces: (s, 2) heights of the lower and upper faces [m].
+        poses: (s, 3) of the solids' bodies in the world [m, m, rad].
+        velocity: (s, 3) of the solids' bodies in world axes [m/s, m/s, rad/s].
+        box_low: (s, 3) least corner of the axis-aligned box about each solid [m].
+        box_high: (s, 3) its largest corner [m].
+    """
+
+    first_edge: IntArray
+    local_edges: Array
+    edges: Array
+    radius: Array
+    faces: Array
+    poses: Array
+    velocity: Array
+    box_low: Array
+    box_high: Array
+
+
+@kernel
+def place_solids(scene: SceneArrays, begin: int, end: int) -> None:
+    """Put the solids from `begin` to before `end` where `scene.poses` says."""
+    for k in range(begin, end):
+        x, y, yaw = scene.poses[k, 0], scene.poses[k, 1], scene.poses[k, 2]
+        low, high = scene.box_low[k], scene.box_high[k]
+        low[2], high[2] = scene.faces[k, 0], scene.faces[k, 1]
+        first, last = scene.first_edge[k], scene.first_edge[k + 1]
+        reach = scene.radius[k]
+        low[0], low[1], high[0], high[1] = x - reach, y - reach, x + reach, y + reach
+        if first == last:
+            continue
+        place_edges(scene.local_edges[first:last], x, y, yaw, scene.edges[first:last])
+        low[0], low[1] = scene.edges[first, 0], scene.edges[first, 1]
+        high[0], high[1] = low[0], low[1]
+        for e in range(first + 1, last):
+            corner = scene.edges[e]
+            low[0], high[0] = min(low[0], corner[0]), max(high[0], corner[0])
+            low[1], high[1] = min(low[1], corner[1]), max(high[1], corner[1])
+
+
 class SceneShapes:
-    """The convex parts of all bodies, prisms first, then cylinders; the base is prism 0.
+    """The convex parts of all bodies; the base is part 0.
 
     Attributes:
         bodies: the bodies as last given.
         owner: (s,) index of the body that each part belongs to, `BASE` for the base.
-        prism_count: how many of the parts are prisms.
-        prisms: the prisms in the world.
-        cylinders: the cylinders in the world.
-        velocity: (s, 3) velocity of each part's body [m/s, m/s, rad/s].
-        centre: (s, 2) what each part's body turns about [m].
+        arrays: the parts; the base's pose is for others to write.
+        finite: whether all places and velocities are numbers.
 
     Args:
         footprint: (n, 2) convex outline of the base in the base frame [m].
@@ -34,20 +80,17 @@ class SceneShapes:
     def __init__(self, footprint: Array, base_height: float) -> None:
         self._footprint = footprint
         self._base_height = base_height
-        self.bodies: tuple[Body, ...] = ()
+        self.bodies: Sequence[Body] = ()
         self._build(())
 
-    @property
-    def finite(self) -> bool:
-        """Whether all places and velocities are numbers."""
-        return self._finite
-
-    def update(self, bodies: Sequence[Body], base_pose: Array) -> bool:
-        """Take over where the bodies and the base are.
+    def update(self, bodies: Sequence[Body]) -> bool:
+        """Take over where the bodies are. Bodies that did not move shall be the same instances.
 
         Returns:
             Whether the list of parts is another one than before, not just its places.
         """
+        if bodies is self.bodies and isinstance(bodies, tuple):
+            return False
         current = tuple(bodies)
         changed = [
             i for i, (b, k) in enumerate(zip(current, self.bodies, strict=False)) if b is not k
@@ -59,82 +102,46 @@ class SceneShapes:
         if rebuilt:
             self._build(current)
         elif changed:
-            self._read_places()
-        self._poses[0] = base_pose
-        if rebuilt or changed:
-            self._place(slice(None))
-        else:
-            self._place(slice(0, 1))
+            self._read_places(changed)
         return rebuilt
 
-    def gaps(self, centres: Array, radii: Array) -> Array:
-        """(k, s) distances [m] of balls from the parts' bounding boxes: never too large."""
-        beyond = np.abs(centres[:, None, :] - self._box_centre) - self._box_half
-        np.maximum(beyond, 0.0, out=beyond)
-        squared = beyond[:, :, 0] ** 2 + beyond[:, :, 1] ** 2 + beyond[:, :, 2] ** 2
-        return np.asarray(np.sqrt(squared) - radii[:, None])
-
     def _build(self, bodies: tuple[Body, ...]) -> None:
-        outlines, owner = [self._footprint], [BASE]
+        outlines: list[Array | None] = [self._footprint]
+        owner = [BASE]
+        self._parts: list[slice] = []
         for index, body in enumerate(bodies):
-            outlines += body.outlines
-            owner += [index] * len(body.outlines)
-        round_ones = [index for index, body in enumerate(bodies) if body.radius is not None]
-        self.prism_count = len(outlines)
-        self.owner = np.array([*owner, *round_ones])
-        local = UprightPrisms.stack(outlines, np.zeros((len(outlines), 2)))
-        # corner, direction and normal of each edge, one vector a row
-        self._local = np.ascontiguousarray(local.edges[:, :, :6]).reshape(len(outlines), -1, 2)
-        self.prisms = UprightPrisms(local.edges.copy(), local.faces)
-        discs = np.zeros((len(round_ones), 3))
-        discs[:, 2] = [bodies[index].radius or 0.0 for index in round_ones]
-        self.cylinders = UprightCylinders(discs, np.zeros((len(round_ones), 2)))
-        total = len(self.owner)
-        self._poses, self.velocity = np.zeros((total, 3)), np.zeros((total, 3))
-        self._box_centre, self._box_half = np.zeros((total, 3)), np.zeros((total, 3))
-        self.prisms.faces[0] = 0.0, self._base_height
-        self._read_places()
-
-    def _read_places(self) -> None:
-        for part, index in enumerate(self.owner.tolist()):
-            if index == BASE:
-                continue
-            body = self.bodies[index]
-            self._poses[part] = body.pose
-            self.velocity[part] = body.velocity
-            if part < self.prism_count:
-                self.prisms.faces[part] = body.bottom, body.top
-            else:
-                self.cylinders.faces[part - self.prism_count] = body.bottom, body.top
-        self.centre = self._poses[:, :2]
-        places = self._poses[1:], self.velocity, self.prisms.faces, self.cylinders.faces
-        self._finite = all(bool(np.isfinite(values).all()) for values in places)
-
-    def _place(self, rows: slice) -> None:
-        """Put the parts of `rows` where their bodies are; all, or the base alone."""
-        world = self.prisms.edges[rows]
-        pose = self._poses[: self.prism_count][rows]
-        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-        turn = np.array([[c, s], [-s, c]]).transpose(2, 0, 1)  # for vectors in rows
-        world[:, :, :6] = (self._local[rows] @ turn).reshape(len(world), -1, 6)
-        world[:, :, :2] += pose[:, None, :2]
-        low, high = world[:, :, :2].min(axis=1), world[:, :, :2].max(axis=1)
-        centre, half = (
-            self._box_centre[: self.prism_count][rows],
-            self._box_half[: self.prism_count][rows],
+            parts = [None] if body.radius is not None else list(body.outlines)
+            self._parts.append(slice(len(owner), len(owner) + len(parts)))
+            outlines += parts
+            owner += [index] * len(parts)
+        self.owner = np.array(owner)
+        edges = [
+            np.empty((0, 7)) if outline is None else outline_edges(outline) for outline in outlines
+        ]
+        local, count = np.concatenate(edges), len(owner)
+        self.arrays = SceneArrays(
+            first_edge=np.cumsum([0, *(len(part) for part in edges)]),
+            local_edges=local,
+            edges=local.copy(),
+            radius=np.array([0.0 if i == BASE else bodies[i].radius or 0.0 for i in owner]),
+            faces=np.tile([0.0, self._base_height], (count, 1)),
+            poses=np.zeros((count, 3)),
+            velocity=np.zeros((count, 3)),
+            box_low=np.zeros((count, 3)),
+            box_high=np.zeros((count, 3)),
         )
-        faces = self.prisms.faces[rows]
-        centre[:, :2], half[:, :2] = 0.5 * (low + high), 0.5 * (high - low)
-        centre[:, 2], half[:, 2] = faces.mean(axis=1), 0.5 * (faces[:, 1] - faces[:, 0])
-        if rows.stop is None and len(self.cylinders.discs):
-            self._place_cylinders()
+        self._read_places(range(len(bodies)))
 
-    def _place_cylinders(self) -> None:
-        self.cylinders.discs[:, :2] = self._poses[self.prism_count :, :2]
-        faces = self.cylinders.faces
-        centre, half = self._box_centre[self.prism_count :], self._box_half[self.prism_count :]
-        centre[:, :2], half[:, :2] = self.cylinders.discs[:, :2], self.cylinders.discs[:, 2:]
-        centre[:, 2], half[:, 2] = faces.mean(axis=1), 0.5 * (faces[:, 1] - faces[:, 0])
+    def _read_places(self, changed: Sequence[int]) -> None:
+        arrays = self.arrays
+        for index in changed:
+            body, parts = self.bodies[index], self._parts[index]
+            arrays.poses[parts] = body.pose
+            arrays.velocity[parts] = body.velocity
+            arrays.faces[parts] = body.bottom, body.top
+            place_solids(arrays, parts.start, parts.stop)
+        places = arrays.poses[1:], arrays.velocity, arrays.faces
+        self.finite = all(bool(np.isfinite(values).all()) for values in places)
 
 
 def _same_parts(first: Body, second: Body) -> bool:

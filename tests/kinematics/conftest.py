@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from motm_wbc.kinematics import RobotModel, load_robot
+from motm_wbc.scene.finder import robot_names
 
 MINI_URDF = """<?xml version="1.0"?>
 <robot name="mini">
@@ -57,24 +58,12 @@ MINI_URDF = """<?xml version="1.0"?>
 </robot>
 """
 
-MINI_ROBOT = """
-name = "mini"
-license = "Apache-2.0"
-source = "this test"
+MINI_HEAD = """
 self_pairs = [["foot", "wrist"]]
 base_pairs = ["wrist"]
-[base]
-kind = "omnidirectional"
-outline = [[-0.2, -0.15], [0.2, -0.15], [0.3, 0.0], [0.2, 0.15], [-0.2, 0.15]]
-height = 0.3
-mass = 30.0
-v_max = 0.6
-v_reverse = 0.6
-omega_max = 1.5
-a_max = 0.8
-alpha_max = 2.0
-[arm]
-urdf = "mini.urdf"
+"""
+
+MINI_TABLES = """
 root = "a_foot"
 prefix = "a_"
 mount_xyz = [0.1, 0.02, 0.3]
@@ -88,15 +77,6 @@ a_stiff = 0.6
 parent = "a_wrist"
 xyz = [0.1, 0.0, 0.02]
 rpy = [0.0, 1.5, 0.3]
-[gripper]
-max_width = 0.1
-closing_speed = 0.1
-opening_speed = 0.1
-force = 10.0
-[reach]
-grasp_range = 0.4
-hold_radius = 0.35
-bearing_limit = 3.0
 [[capsules]]
 name = "foot"
 link = "a_foot"
@@ -122,10 +102,9 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory):
 
 
 @pytest.fixture
-def mini_folder(tmp_path: Path) -> Path:
+def mini_folder(write_robot, tmp_path: Path) -> Path:
     """A folder with the small robot's two files, to be spoilt."""
-    (tmp_path / "robot.toml").write_text(MINI_ROBOT)
-    (tmp_path / "mini.urdf").write_text(MINI_URDF)
+    write_robot(tmp_path, "mini", MINI_URDF, MINI_HEAD, MINI_TABLES)
     return tmp_path
 
 
@@ -135,13 +114,15 @@ def frankie(_own_cache) -> RobotModel:
 
 
 @pytest.fixture(scope="session")
-def mini(_own_cache, tmp_path_factory: pytest.TempPathFactory) -> RobotModel:
+def mini(_own_cache, write_robot, tmp_path_factory: pytest.TempPathFactory) -> RobotModel:
     folder = tmp_path_factory.mktemp("mini")
-    (folder / "robot.toml").write_text(MINI_ROBOT)
-    (folder / "mini.urdf").write_text(MINI_URDF)
+    write_robot(folder, "mini", MINI_URDF, MINI_HEAD, MINI_TABLES)
     return load_robot(folder)
 
 
-@pytest.fixture(params=["frankie", "mini"])
-def robot(request: pytest.FixtureRequest) -> RobotModel:
-    return request.getfixturevalue(request.param)
+@pytest.fixture(scope="session", params=[*robot_names(), "mini"])
+def robot(request: pytest.FixtureRequest, _own_cache) -> RobotModel:
+    """Each shipped robot, and the small one."""
+    if request.param == "mini":
+        return request.getfixturevalue("mini")
+    return load_robot(request.param)

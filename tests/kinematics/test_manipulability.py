@@ -3,7 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motm_wbc.kinematics.chain import FIXED, SLIDING, TURNING, Chain, jacobian_at, place
 from motm_wbc.kinematics.manipulability import manipulability, manipulability_gradient
+from motm_wbc.kinematics.rotations import axis_angle
 
 
 def test_gradient_is_the_derivative(robot):
@@ -48,8 +50,65 @@ def test_measure_is_the_product_of_the_singular_values(seed, joints):
 def test_no_gradient_at_a_singularity():
     J = np.zeros((6, 7))
     J[2] = 1.0
-    assert manipulability(J) == 0.0
-    np.testing.assert_array_equal(manipulability_gradient(J), np.zeros(7))
+    gradient = np.ones(7)
+    assert manipulability(J) == manipulability_gradient(J, gradient) == 0.0
+    np.testing.assert_array_equal(gradient, np.zeros(7))
+
+
+def test_no_gradient_where_rounding_hides_the_singularity():
+    rng = np.random.default_rng(7)
+    for joints in (4, 6, 8):
+        J = rng.normal(size=(6, joints))
+        J[-1] = J[0] + 1e-9 * rng.normal(size=joints)
+        J[:, -1] = J[:, 0] + 1e-9 * rng.normal(size=6)
+        gradient = np.ones(joints)
+        assert manipulability_gradient(J, gradient) == 0.0
+        np.testing.assert_array_equal(gradient, np.zeros(joints))
+
+
+def serial_chain(rng, n):
+    """A base and n joints, one on the other, on skew axes; a point on the last."""
+    axes, sliding = rng.normal(size=(n, 3)), rng.random(n) < 0.3
+    kinds = np.where(sliding, SLIDING, TURNING)
+    return Chain(
+        parent=np.array([0, *range(n + 3)]),
+        kind=np.array([FIXED, SLIDING, SLIDING, TURNING, *kinds]),
+        rotation=np.array([*[np.eye(3)] * 4, *(axis_angle(a, a[0]) for a in axes[::-1])]),
+        translation=np.concatenate((np.zeros((4, 3)), rng.uniform(-0.5, 0.5, (n, 3)))),
+        axis=np.array([np.zeros(3), *np.eye(3), *(a / np.linalg.norm(a) for a in axes)]),
+        source=np.arange(-1, n + 3),
+    )
+
+
+def arm_jacobian(chain, positions, local):
+    """(6, n) at a point that is fixed to the last frame."""
+    count = len(chain.parent)
+    rotations, translations = np.empty((count, 3, 3)), np.empty((count, 3))
+    J_world = np.empty((6, count - 2))
+    place(chain, True, count - 4, positions, rotations, translations, J_world)
+    J = np.empty_like(J_world)
+    jacobian_at(J_world, rotations[-1] @ local + translations[-1], J)
+    return J[:, 2:]
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(4, 9))
+def test_gradient_on_random_chains(seed, joints):
+    rng = np.random.default_rng(seed)
+    chain = serial_chain(rng, joints)
+    positions, local = rng.uniform(-3.0, 3.0, joints + 3), rng.uniform(-0.3, 0.3, 3)
+    J = arm_jacobian(chain, positions, local)
+    gradient = np.full(joints, np.nan)
+    m = manipulability_gradient(J, gradient)
+    assert m == manipulability(J) == manipulability(np.ascontiguousarray(J))
+    step = 1e-5 * np.eye(joints + 3)[3:]
+    numeric = [
+        manipulability(arm_jacobian(chain, positions + d, local))
+        - manipulability(arm_jacobian(chain, positions - d, local))
+        for d in step
+    ]
+    np.testing.assert_allclose(gradient, np.array(numeric) / 2e-5, rtol=1e-5, atol=1e-7)
+    assert np.abs(gradient).max() > 1e-3
 
 
 def test_translational_measure_is_that_of_the_linear_rows(frankie):

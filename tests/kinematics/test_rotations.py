@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motm_wbc.kinematics.rotations import (
     axis_angle,
     inverse_pose,
     pose,
+    rotation_error,
     rotation_vector,
     rpy_from_rotation,
     rpy_rotation,
@@ -28,22 +29,49 @@ def test_rpy_at_the_gimbal(pitch):
     np.testing.assert_allclose(rpy_rotation(rpy_from_rotation(R)), R, atol=1e-12)
 
 
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, np.pi))
+SMALL = (0.0, 1e-300, 1e-160, 1e-12, 1e-7, 1e-6, 1.1e-6, 1e-3)
+edges = st.sampled_from([*SMALL, *(np.pi - small for small in SMALL), 2 * np.pi / 3])
+
+
+def unit_vector(seed):
+    """Along an axis, in a plane of two, or anywhere."""
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=3)
+    axis[rng.permutation(3)[: rng.integers(3)]] = 0.0
+    return axis / np.linalg.norm(axis)
+
+
+@settings(max_examples=300)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, np.pi) | edges)
 def test_rotation_vector_is_the_inverse_of_axis_angle(seed, angle):
-    axis = np.random.default_rng(seed).normal(size=3)
-    R = axis_angle(axis, angle)
-    vector = rotation_vector(R)
-    assert np.linalg.norm(vector) == pytest.approx(angle, abs=1e-6)
-    np.testing.assert_allclose(
-        axis_angle(vector, np.linalg.norm(vector)) if angle > 1e-6 else R, R, atol=1e-6
-    )
+    axis = unit_vector(seed)
+    vector = rotation_vector(axis_angle(axis, angle))
+    assert np.linalg.norm(vector) == pytest.approx(angle, abs=4e-15, rel=4e-15)
+    if angle < np.pi - 1e-12:
+        np.testing.assert_allclose(vector, angle * axis, rtol=0.0, atol=6e-15)
+    else:  # half a turn has two logarithms
+        np.testing.assert_allclose(
+            np.outer(vector, vector), np.pi**2 * np.outer(axis, axis), rtol=0.0, atol=1e-11
+        )
 
 
-@pytest.mark.parametrize("axis", [*np.eye(3), (1, 1, 0), (-1, 2, 3)])
-def test_half_turns(axis):
-    R = axis_angle(np.array(axis, dtype=float), np.pi)
-    vector = rotation_vector(R)
-    np.testing.assert_allclose(axis_angle(vector, np.pi), R, atol=1e-9)
+def test_a_small_turn_keeps_all_its_digits():
+    axis = unit_vector(3)
+    vector = rotation_vector(axis_angle(axis, 1e-9))
+    np.testing.assert_allclose(vector, 1e-9 * axis, rtol=1e-12)
+
+
+@settings(max_examples=200)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, np.pi) | edges)
+def test_the_error_turns_the_one_into_the_other(seed, angle):
+    rng = np.random.default_rng(seed)
+    R = axis_angle(rng.normal(size=3), rng.uniform(0.0, np.pi))
+    target = axis_angle(unit_vector(seed), angle) @ R
+    error = rotation_error(target, R)
+    length = np.linalg.norm(error)
+    assert length <= np.pi + 1e-15
+    turned = axis_angle(error, length) @ R if length > 0.0 else R
+    np.testing.assert_allclose(turned, target, rtol=0.0, atol=4e-15)
 
 
 def test_inverse_pose():

@@ -10,7 +10,14 @@ from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.base_motion import BaseKind
 from motm_wbc.kinematics import load_robot
 from motm_wbc.kinematics.pairs import SolidRole
-from motm_wbc.qp import BaseTask, Body, PostureTask, ToolTask, WholeBodyController
+from motm_wbc.qp import (
+    Body,
+    FreeBase,
+    NavigatedBase,
+    PostureTask,
+    ToolTask,
+    WholeBodyController,
+)
 
 DT = 1.0 / 120.0
 
@@ -42,7 +49,7 @@ def twist():
     """A tool task; rotation about the vertical is free."""
 
     def make(*values):
-        return ToolTask(np.array(values, dtype=float), np.array([1.0, 1, 1, 1, 1, 0]))
+        return ToolTask(np.array(values, dtype=float), weights=np.array([1.0, 1, 1, 1, 1, 0]))
 
     return make
 
@@ -95,12 +102,13 @@ def closed_loop(frankie):
         for k in range(steps):
             wish = np.zeros(model.n_base) if drive is None else np.asarray(drive, dtype=float)
             reference = last[0] + np.clip(wish - last[0], -change, change)
+            asked = tool(model.configuration(pose, q)) if callable(tool) else tool
             result = controller.step(
                 base_pose=pose,
                 q=q,
                 previous=last,
-                tool=tool(model.configuration(pose, q)) if callable(tool) else tool,
-                base=BaseTask(reference, follow),
+                tools=() if asked is None else (asked,),
+                base=NavigatedBase(reference) if follow else FreeBase(),
                 posture=task if model is frankie else None,
                 bodies=bodies(k * dt) if callable(bodies) else bodies,
                 **more,

@@ -102,15 +102,6 @@ def test_a_continuous_joint_has_speed_and_acceleration_bounds_only():
     assert box.upper[0] == 1.0 and box.lower[0] == pytest.approx(0.3)
 
 
-def test_binding_limits_have_names():
-    limits = joint_limits(0.01)
-    q, v = np.array([0.0, 0.04999, -1.0]), np.array([2.17, 0.0, 0.0])
-    box = limits.box(q, v)
-    assert limits.binding(0, float(box.upper[0]), box, upper=True) == "velocity"
-    assert limits.binding(1, float(box.upper[1]), box, upper=True) == "position"
-    assert limits.binding(0, float(box.lower[0]), box, upper=False) == "acceleration"
-
-
 BASE = BaseLimits(v_max=0.5, v_reverse=0.2, omega_max=1.745, a_max=0.5, alpha_max=2.0)
 SIGNED = st.floats(-1.0, 1.0, allow_subnormal=False)
 
@@ -120,19 +111,21 @@ SIGNED = st.floats(-1.0, 1.0, allow_subnormal=False)
 def test_every_scale_in_the_interval_keeps_all_base_limits(v, w, near_v, near_w, dt):
     bounds = BaseBounds(BASE, 2, dt)
     previous = np.array([0.35 * v + 0.15, 1.745 * w])
-    reference = previous + 3.0 * bounds.change * np.array([near_v, near_w])
+    reference = previous + 3.0 * bounds.arrays.change * np.array([near_v, near_w])
     interval = bounds.scale_interval(reference, previous)
     if interval is None:
         trial = np.linspace(0, 1, 2001)[:, None] * reference
-        inside = (np.abs(trial - previous) <= bounds.change).all(axis=1)
-        inside &= (trial >= bounds.slowest).all(axis=1) & (trial <= bounds.fastest).all(axis=1)
+        inside = (np.abs(trial - previous) <= bounds.arrays.change).all(axis=1)
+        inside &= (trial >= bounds.arrays.slowest).all(axis=1) & (
+            trial <= bounds.arrays.fastest
+        ).all(axis=1)
         assert not inside.any()
         return
     assert 0.0 <= interval[0] <= interval[1] <= 1.0
     for s in interval:
-        assert (np.abs(s * reference - previous) <= bounds.change * (1 + 2e-6)).all()
-        assert (s * reference <= bounds.fastest + 1e-12).all()
-        assert (s * reference >= bounds.slowest - 1e-12).all()
+        assert (np.abs(s * reference - previous) <= bounds.arrays.change * (1 + 2e-6)).all()
+        assert (s * reference <= bounds.arrays.fastest + 1e-12).all()
+        assert (s * reference >= bounds.arrays.slowest - 1e-12).all()
 
 
 @settings(max_examples=200, deadline=None)
@@ -142,7 +135,9 @@ def test_a_reference_ramped_at_its_limits_is_followed_in_full(v, w, dt):
     previous = np.array([0.3 * v + 0.1, 1.5 * w])
     for signs in ([1, -1], [-1, 1], [1, 1], [-1, -1]):
         reference = np.clip(
-            previous + bounds.change * np.array(signs), bounds.slowest, bounds.fastest
+            previous + bounds.arrays.change * np.array(signs),
+            bounds.arrays.slowest,
+            bounds.arrays.fastest,
         )
         interval = bounds.scale_interval(reference, previous)
         assert interval is not None and interval[1] >= 1.0 - 1e-5
@@ -154,11 +149,11 @@ def test_braking_keeps_the_arc_and_comes_to_rest_in_the_least_time(v, w, dt):
     bounds = BaseBounds(BASE, 2, dt)
     command = np.array([0.35 * v + 0.15, 1.745 * w])
     assume(np.abs(command).max() > 1e-6)
-    expected = np.ceil(np.max(np.abs(command) / bounds.change) - 1e-6)
+    expected = np.ceil(np.max(np.abs(command) / bounds.arrays.change) - 1e-6)
     steps = 0
     while command.any():
         following = bounds.braked(command)
-        assert (np.abs(following - command) <= bounds.change * (1 + 1e-9)).all()
+        assert (np.abs(following - command) <= bounds.arrays.change * (1 + 1e-9)).all()
         assert following[0] * command[1] == pytest.approx(following[1] * command[0], abs=1e-12)
         command, steps = following, steps + 1
         assert steps <= expected + 1

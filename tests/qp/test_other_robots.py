@@ -5,7 +5,7 @@ import pytest
 
 from motm_wbc.kinematics import load_robot
 from motm_wbc.kinematics.pairs import SolidRole
-from motm_wbc.qp import BaseTask, ToolTask, WholeBodyController
+from motm_wbc.qp import NavigatedBase, ToolTask, WholeBodyController
 
 URDF = """<?xml version="1.0"?>
 <robot name="crane">
@@ -22,24 +22,11 @@ URDF = """<?xml version="1.0"?>
     <origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit velocity="2" effort="9"/></joint>
 </robot>
 """
-ROBOT = """
-name = "crane"
-license = "Apache-2.0"
-source = "this test"
+HEAD = """
 self_pairs = [["foot", "wrist"]]
 base_pairs = ["wrist"]
-[base]
-kind = "omnidirectional"
-outline = [[-0.2, -0.15], [0.2, -0.15], [0.3, 0.0], [0.2, 0.15], [-0.2, 0.15]]
-height = 0.3
-mass = 30.0
-v_max = 0.6
-v_reverse = 0.6
-omega_max = 1.5
-a_max = 0.8
-alpha_max = 2.0
-[arm]
-urdf = "crane.urdf"
+"""
+TABLES = """
 mount_xyz = [0.1, 0.0, 0.3]
 joints = ["lift", "turn", "elbow"]
 a_max = [1.0, 5.0, 5.0]
@@ -47,15 +34,6 @@ home = [0.2, 0.3, -0.6]
 [tool]
 parent = "wrist"
 xyz = [0.3, 0.0, 0.0]
-[gripper]
-max_width = 0.1
-closing_speed = 0.1
-opening_speed = 0.1
-force = 10.0
-[reach]
-grasp_range = 0.5
-hold_radius = 0.4
-bearing_limit = 3.0
 [[capsules]]
 name = "foot"
 link = "foot"
@@ -74,17 +52,18 @@ part = "hand"
 
 
 @pytest.fixture(scope="module")
-def crane(tmp_path_factory):
+def crane(write_robot, tmp_path_factory):
     folder = tmp_path_factory.mktemp("crane")
-    (folder / "robot.toml").write_text(ROBOT)
-    (folder / "crane.urdf").write_text(URDF)
+    write_robot(folder, "crane", URDF, HEAD, TABLES)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MOTM_CACHE", str(folder))
-        yield load_robot(folder)
+        return load_robot(folder)
 
 
 def task(*velocity, weights=(1, 1, 1, 0, 0, 0)):
-    return ToolTask(np.array([*velocity, 0, 0, 0], dtype=float), np.array(weights, dtype=float))
+    return ToolTask(
+        np.array([*velocity, 0, 0, 0], dtype=float), weights=np.array(weights, dtype=float)
+    )
 
 
 def test_without_navigation_an_omnidirectional_base_goes_sideways(crane, closed_loop):
@@ -105,7 +84,7 @@ def test_navigation_leads_and_its_sideways_input_stays_zero(crane, closed_loop):
 def test_the_lift_stops_at_its_end_and_endless_joints_go_on(crane, closed_loop):
     run = closed_loop(model=crane, tool=task(0, 0, 0.5), steps=480)
     assert run.q[-1][0] == pytest.approx(0.4, abs=1e-6)
-    spin = ToolTask(np.array([0, 0, 0, 0, 0, 2.0]), np.array([0, 0, 0, 0, 0, 1.0]))
+    spin = ToolTask(np.array([0, 0, 0, 0, 0, 2.0]), weights=np.array([0, 0, 0, 0, 0, 1.0]))
     run = closed_loop(model=crane, tool=spin, steps=1200)
     assert run.q[-1][1] + run.q[-1][2] > 4 * np.pi
 
@@ -130,8 +109,7 @@ def test_wrong_sizes_for_this_robot_brake(crane):
         base_pose=np.zeros(3),
         q=crane.home,
         previous=(np.zeros(3), np.zeros(3)),
-        tool=None,
-        base=BaseTask(np.zeros(2)),
+        base=NavigatedBase(np.zeros(2)),
     )
     assert result.rung == "brake"
     assert result.reason == "base reference has the shape (2,), needs (3,)"

@@ -5,12 +5,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motm_wbc.errors import UnknownName
+from motm_wbc.qp.osqp_solver import OsqpSolver
 from motm_wbc.qp.parameters import WholeBodyParameters
-from motm_wbc.qp.problem import QpProblem
+from motm_wbc.qp.problem import NO_BOUND, QpProblem
 from motm_wbc.qp.solvers import make_solver
 
 N, K = 8, 12
 PARAMETERS = WholeBodyParameters()
+SOLVERS = sorted({"osqp", "daqp", *qpsolvers.available_solvers})
+VIOLATION = {"daqp": 1e-8, "quadprog": 1e-8}  # 1e-4 for all else
+ANSWERED = {"osqp": 0.97, "piqp": 0.97}  # share of feasible problems, the rest is daqp's
+
+every_solver = pytest.mark.parametrize("name", SOLVERS)
 
 
 def random_problem(seed, *, feasible=True):
@@ -18,109 +24,188 @@ def random_problem(seed, *, feasible=True):
     rng = np.random.default_rng(seed)
     J = rng.normal(size=(6, N)) * 0.5
     weights = np.array([50.0] * 3 + [5.0] * 3)
-    H = J.T @ (weights[:, None] * J) + np.diag([30.0] + [0.02] * (N - 1))
-    f = -J.T @ (weights * rng.normal(size=6) * 0.3)
+    problem = QpProblem.empty(N, K)
+    problem.H[:] = J.T @ (weights[:, None] * J) + np.diag([30.0] + [0.02] * (N - 1))
+    problem.f[:] = -J.T @ (weights * rng.normal(size=6) * 0.3)
     centre = rng.uniform(-1, 1, N)
-    lower, upper = centre - rng.uniform(0.01, 0.2, N), centre + rng.uniform(0.01, 0.2, N)
-    A, bound = rng.normal(size=(K, N)) * 0.5, np.full(K, np.inf)
-    used = rng.permutation(K)[: rng.integers(0, K + 1)]
-    bound[used] = A[used] @ rng.uniform(lower, upper) + rng.uniform(0, 0.1, len(used))
+    problem.box_lower[:] = centre - rng.uniform(0.01, 0.2, N)
+    problem.box_upper[:] = centre + rng.uniform(0.01, 0.2, N)
+    used = rng.permutation(K)[: rng.integers(0 if feasible else 1, K + 1)]
+    problem.A[used] = rng.normal(size=(len(used), N)) * 0.5
+    inside = rng.uniform(problem.box_lower, problem.box_upper)
+    problem.bound[used] = problem.A[used] @ inside + rng.uniform(0, 0.1, len(used))
     if not feasible:
-        bound[used[:1] if len(used) else 0] = -50.0
-    A[np.isinf(bound)] = 0.0
-    return QpProblem(H, f, A, bound, lower, upper, lower, upper)
-
-
-def reference(problem):
-    used = np.isfinite(problem.bound)
-    return qpsolvers.solve_qp(
-        problem.H,
-        problem.f,
-        problem.A[used] if used.any() else None,
-        problem.bound[used] if used.any() else None,
-        lb=problem.lower,
-        ub=problem.upper,
-        solver="daqp",
-    )
-
-
-@pytest.mark.parametrize("name", ["osqp", "daqp"])
-def test_random_problems_have_the_reference_optimum_on_one_workspace(name):
-    solver = make_solver(name, N, K, PARAMETERS)
-    solved = 0
-    for seed in range(400):
-        problem = random_problem(seed)
-        x = solver.solve(problem)
-        if x is None:
-            continue
-        solved += 1
-        expected = reference(problem)
-        assert cost(problem, problem.clip(x)) == pytest.approx(cost(problem, expected), abs=1e-3)
-        assert problem.excess(problem.clip(x)) <= 1e-4
-    assert solved >= 396  # what OSQP leaves, daqp answers
+        problem.bound[used[:1]] = -50.0
+    return problem
 
 
 def cost(problem, x):
     return 0.5 * x @ problem.H @ x + problem.f @ x
 
 
-def test_osqp_and_daqp_agree_to_1e_4():
-    osqp, daqp = (make_solver(name, N, K, PARAMETERS) for name in ("osqp", "daqp"))
-    worst, compared = 0.0, 0
-    for seed in range(300):
-        problem = random_problem(1000 + seed)
-        first, second = osqp.solve(problem), daqp.solve(problem)
-        assert second is not None
-        if first is not None:
-            compared += 1
-            # in the metric of the cost: a flat direction is worth nothing
-            gap = problem.clip(first) - second
-            worst = max(worst, float(gap @ problem.H @ gap))
-    assert compared >= 297
-    assert worst <= 1e-4
+def violation(problem, x):
+    values = np.concatenate((x, problem.A @ x))
+    return max((problem.lower - values).max(), (values - problem.upper).max())
 
 
-@pytest.mark.parametrize("name", ["osqp", "daqp"])
+def reference(problem):
+    """By another way than the solvers go: quadprog on the rows and bounds that there are."""
+    rows = np.vstack((np.eye(N), -np.eye(N), problem.A))
+    bounds = np.concatenate((problem.box_upper, -problem.box_lower, problem.bound))
+    used = bounds < NO_BOUND
+    return qpsolvers.solve_qp(
+        problem.H, problem.f, rows[used], bounds[used], solver="quadprog"
+    )  # fmt: skip
+
+
+@every_solver
+def test_random_problems_have_the_reference_optimum_on_one_workspace(name):
+    solver = make_solver(name, N, K, PARAMETERS)
+    answered, count = 0, 100
+    for seed in range(count):
+        problem = random_problem(seed)
+        x = solver.solve(problem)
+        if x is None:
+            continue
+        answered += 1
+        assert violation(problem, x) <= VIOLATION.get(name, 1e-4)
+        assert cost(problem, problem.clip(x)) == pytest.approx(
+            cost(problem, reference(problem)), abs=1e-3
+        )
+    assert answered >= ANSWERED.get(name, 1.0) * count
+
+
+@every_solver
 def test_an_infeasible_problem_is_none_and_leaves_no_trace(name):
     solver, fresh = make_solver(name, N, K, PARAMETERS), make_solver(name, N, K, PARAMETERS)
-    seeds = [seed for seed in range(40) if np.isfinite(random_problem(seed).bound).any()][:15]
-    for seed in seeds:
+    for seed in range(10):
         assert solver.solve(random_problem(seed, feasible=False)) is None
         after, alone = solver.solve(random_problem(seed)), fresh.solve(random_problem(seed))
         assert after is not None and alone is not None
         np.testing.assert_allclose(after, alone, atol=2e-3)
 
 
-@settings(max_examples=50, deadline=None)
+@every_solver
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10**6))
-def test_equal_bounds_are_legal(seed):
+def test_equal_bounds_are_legal(name, seed):
     problem = random_problem(seed)
-    fixed = QpProblem(
-        problem.H, problem.f, 0 * problem.A, np.full(K, np.inf), problem.lower, problem.lower,
-        problem.lower, problem.lower,
-    )  # fmt: skip
-    for name in ("osqp", "daqp"):
-        x = make_solver(name, N, K, PARAMETERS).solve(fixed)
-        np.testing.assert_allclose(x, problem.lower, atol=1e-4)
+    problem.A[:], problem.bound[:] = 0.0, NO_BOUND
+    problem.box_upper[: N - 1] = problem.box_lower[: N - 1]
+    x = make_solver(name, N, K, PARAMETERS).solve(problem)
+    if x is not None:  # some solvers want an interior; daqp answers for them
+        np.testing.assert_allclose(x[: N - 1], problem.box_lower[: N - 1], atol=1e-4)
+        assert violation(problem, x) <= 1e-4
+    assert x is not None or name not in ("osqp", "daqp")
 
 
-def test_warm_start_pays():
-    solver = make_solver("osqp", N, K, PARAMETERS)
-    problem = random_problem(7)
-    solver.solve(problem)
-    first = solver._solver._solver.info.iter
-    solver.solve(problem)
-    assert solver._solver._solver.info.iter < first
+@every_solver
+def test_without_any_bound_it_is_the_free_optimum(name):
+    problem = QpProblem.empty(N, K)
+    problem.f[:] = np.arange(N) / N
+    x = make_solver(name, N, K, PARAMETERS).solve(problem)
+    np.testing.assert_allclose(x, -problem.f, atol=1e-4)
+
+
+@every_solver
+def test_near_parallel_and_repeated_rows(name):
+    solver = make_solver(name, N, K, PARAMETERS)
+    for seed in range(20):
+        problem = random_problem(seed)
+        rng = np.random.default_rng(seed)
+        row = rng.normal(size=N)
+        for slot in range(K):  # a fan of rows within 1e-9 of each other, all through one point
+            problem.A[slot] = row * (1.0 + slot / 7.0) + 1e-9 * rng.normal(size=N)
+            inside = (problem.box_lower + problem.box_upper) / 2.0
+            problem.bound[slot] = problem.A[slot] @ inside - 1e-3
+        x = solver.solve(problem)
+        if name in ("osqp", "daqp"):
+            assert x is not None
+        if x is not None:
+            assert violation(problem, x) <= VIOLATION.get(name, 1e-4)
+            assert cost(problem, problem.clip(x)) <= cost(problem, reference(problem)) + 1e-3
+
+
+@every_solver
+def test_a_degenerate_vertex(name):
+    """Twelve rows and eight bounds meet in the one point that is best."""
+    problem = QpProblem.empty(N, K)
+    problem.f[:] = -1.0
+    problem.box_upper[:] = 0.25
+    problem.A[:] = np.abs(np.random.default_rng(1).normal(size=(K, N)))
+    problem.bound[:] = problem.A.sum(axis=1) * 0.25
+    x = make_solver(name, N, K, PARAMETERS).solve(problem)
+    np.testing.assert_allclose(x, np.full(N, 0.25), atol=1e-4)
+
+
+@every_solver
+@pytest.mark.parametrize("field", ["H", "f", "A", "upper", "lower"])
+def test_no_numbers_is_none_and_never_an_exception(name, field):
+    solver = make_solver(name, N, K, PARAMETERS)
+    bad = random_problem(3)
+    bad.bound[0] = 0.5
+    for value in (np.nan, np.inf, -np.inf):
+        if (field, value) in (("upper", np.inf), ("lower", -np.inf)):
+            continue
+        getattr(bad, field).flat[0] = value
+        x = solver.solve(bad)
+        if name == "osqp":
+            assert x is None
+        good = solver.solve(random_problem(3))
+        np.testing.assert_allclose(good, reference(random_problem(3)), atol=2e-3)
+
+
+def test_crossed_bounds_are_never_accepted_as_solved_by_daqp():
+    problem = random_problem(5)
+    problem.box_lower[2] = problem.box_upper[2] + 1e-3
+    assert make_solver("daqp", N, K, PARAMETERS).solve(problem) is None
+
+
+def test_osqp_is_exact_in_nearly_all_cases_and_never_worse_than_its_tolerance():
+    osqp, daqp = (make_solver(name, N, K, PARAMETERS) for name in ("osqp", "daqp"))
+    gaps = []
+    for seed in range(300):
+        problem = random_problem(1000 + seed)
+        first, second = osqp.solve(problem), daqp.solve(problem)
+        assert second is not None
+        if first is not None:
+            gap = first - second  # in the metric of the cost: a flat direction is worth nothing
+            gaps.append(float(gap @ problem.H @ gap))
+    assert len(gaps) >= 291  # what OSQP leaves, daqp answers
+    assert max(gaps) <= 1e-4
+    assert np.quantile(gaps, 0.95) <= 1e-15
+
+
+def test_a_warm_start_pays():
+    """Twenty problems in a row that change little, against each one alone."""
+    iterations = {"warm": 0, "cold": 0}
+    for seed in range(10):
+        warm = OsqpSolver(N, K, PARAMETERS)
+        first, last = random_problem(seed), random_problem(seed)
+        for step in range(20):
+            last.f[:] = first.f * (1.0 + 0.01 * step)
+            for kind, solver in (("warm", warm), ("cold", OsqpSolver(N, K, PARAMETERS))):
+                solver.solve(last)
+                iterations[kind] += solver.iterations
+    assert iterations["warm"] < 0.6 * iterations["cold"]
 
 
 def test_the_same_problems_give_the_same_answers_to_the_bit():
     answers = []
     for _ in range(2):
         solver = make_solver("osqp", N, K, PARAMETERS)
-        answers.append([solver.solve(random_problem(seed)) for seed in range(30)])
+        answers.append([solver.solve(random_problem(seed)) for seed in range(60)])
     for first, second in zip(*answers, strict=True):
         assert (first is None) == (second is None)
         assert first is None or np.array_equal(first, second)
+
+
+@every_solver
+def test_a_solver_leaves_the_problem_as_it_is(name):
+    problem, same = random_problem(11), random_problem(11)
+    make_solver(name, N, K, PARAMETERS).solve(problem)
+    for field in ("H", "f", "A", "lower", "upper"):
+        np.testing.assert_array_equal(getattr(problem, field), getattr(same, field))
 
 
 def test_an_unknown_solver_is_refused_by_name():
@@ -128,11 +213,13 @@ def test_an_unknown_solver_is_refused_by_name():
         make_solver("osqq", N, K, PARAMETERS)
 
 
-def test_any_solver_of_qpsolvers_will_do(monkeypatch):
-    monkeypatch.setattr(qpsolvers, "available_solvers", ["other"])
-    real = qpsolvers.solve_qp
-    monkeypatch.setattr(qpsolvers, "solve_qp", lambda *a, **k: real(*a, **{**k, "solver": "daqp"}))
-    solver = make_solver("other", N, K, PARAMETERS)
-    problem = random_problem(3)
-    np.testing.assert_allclose(solver.solve(problem), reference(problem), atol=1e-9)
-    assert solver.solve(random_problem(3, feasible=False)) is None
+def test_a_solver_that_raises_anything_is_none(monkeypatch):
+    def broken(*_, **__):
+        raise RuntimeError("any")
+
+    solver = make_solver("quadprog", N, K, PARAMETERS)
+    monkeypatch.setattr(qpsolvers, "solve_qp", broken)
+    assert solver.solve(random_problem(3)) is None
+    osqp = OsqpSolver(N, K, PARAMETERS)
+    osqp._solver = None
+    assert osqp.solve(random_problem(3)) is None
