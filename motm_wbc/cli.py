@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from motm_wbc._version import __version__
-from motm_wbc.errors import InputError, MotmError
+from motm_wbc.errors import InputError, MotmError, UnknownName
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -185,6 +185,37 @@ def check_command(
     table = _listing(title, "")
     for key, value in rows:
         table.add_row(key, value)
+    Console().print(table)
+    return OK
+
+
+@app.command("bench")
+def bench_command(
+    what: Annotated[
+        str, typer.Argument(help="wholebody: a step of the whole-body controller.")
+    ] = "wholebody",
+    peers: Annotated[
+        Path, typer.Option(help="Folder with the other libraries' environments.")
+    ] = Path(".bench"),
+    rounds: Annotated[int, typer.Option(min=1, help="Passes over each problem.")] = 10,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> int:
+    """Time the controller, beside other libraries where they are installed."""
+    from motm_wbc.experiments.bench.table import rows
+    from motm_wbc.experiments.bench.wholebody import bench_wholebody
+
+    if what != "wholebody":
+        raise UnknownName("benchmark", what, ["wholebody"])
+    with Console(stderr=True).status("") as status:
+        result = bench_wholebody(peers, rounds=rounds, progress=status.update)
+    for name, reason in result.missing.items():
+        print(f"motm: left out: {name}: {reason}", file=sys.stderr)
+    if as_json:
+        print(json.dumps(result.as_dict()))
+        return OK
+    table = _listing("one step", "median [us]", "p99 CPU [us]", "solver")
+    for row in rows(result):
+        table.add_row(*row)
     Console().print(table)
     return OK
 

@@ -102,8 +102,13 @@ def longest_hold(
     counted = (np.asarray(axis_weights, dtype=float) > 0.0).astype(float)
     now = model.home if q_now is None else np.asarray(q_now, dtype=float)
     search = _Search(model, arm_numbers(model), T_base_targets, counted, dt, now, parameters)
-    anchor = search.anchor()
-    holds = [search.grow(anchor, q) for q in search.branches(anchor)]
+    holds = search.first_holds()
+    if holds:
+        longest = max(holds, key=lambda hold: len(hold.q))
+        anchor = (longest.first + longest.last) // 2
+    else:
+        anchor = search.anchors()[0]
+    holds += [search.grow(anchor, q) for q in search.branches(anchor)]
     if not holds:
         return None
     good = parameters.as_good * max(len(hold.q) for hold in holds)
@@ -125,20 +130,27 @@ class _Search:
     q_now: Array
     parameters: HoldParameters
 
-    def anchor(self) -> int:
-        """Index of the base pose in the middle of the longest hold of the given posture."""
-        order = self._anchors()
+    def anchors(self) -> list[int]:
+        """Indices of the pose nearest to the target, and of others along the way; nearest first."""
+        last = len(self.T_base_targets) - 1
+        away = self.T_base_targets[:, :3, 3] - self.model.T_base_arm[:3, 3]
+        distance = np.linalg.norm(away, axis=1).round(_DIGITS)
+        off_middle = np.abs(np.arange(last + 1) - 0.5 * last)
+        near = np.lexsort((off_middle, distance))
+        spread = np.linspace(0.0, last, min(self.parameters.anchors, last + 1)).round()
+        wanted = {int(near[0]), *spread.astype(int).tolist()}
+        return [index for index in near.tolist() if index in wanted]
+
+    def first_holds(self) -> list[Hold]:
+        """Holds that grow from the given posture, none from a base pose that another covers."""
         holds: list[Hold] = []
-        for index in order:
+        for index in self.anchors():
             if any(hold.first <= index <= hold.last for hold in holds):
                 continue
             q = self._solve(index, self.q_now)
             if q is not None:
                 holds.append(self.grow(index, q))
-        if not holds:
-            return order[0]
-        longest = max(holds, key=lambda hold: len(hold.q))
-        return (longest.first + longest.last) // 2
+        return holds
 
     def branches(self, anchor: int) -> list[Array]:
         """Postures (n_arm,) that hold the target at one base pose, each but once."""
@@ -165,17 +177,6 @@ class _Search:
             for way in (-1, 1)
         )  # fmt: skip
         return Hold(first, q[first : last + 1], q_anchor)
-
-    def _anchors(self) -> list[int]:
-        """Indices of the pose nearest to the target, and of others along the way; nearest first."""
-        last = len(self.T_base_targets) - 1
-        away = self.T_base_targets[:, :3, 3] - self.model.T_base_arm[:3, 3]
-        distance = np.linalg.norm(away, axis=1).round(_DIGITS)
-        off_middle = np.abs(np.arange(last + 1) - 0.5 * last)
-        near = np.lexsort((off_middle, distance))
-        spread = np.linspace(0.0, last, min(self.parameters.anchors, last + 1)).round()
-        wanted = {int(near[0]), *spread.astype(int).tolist()}
-        return [index for index in near.tolist() if index in wanted]
 
     @property
     def _safe(self) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from motm_wbc.geometry.arrays import Array, IntArray
 from motm_wbc.geometry.jit import kernel
-from motm_wbc.qp.arrays import Codes, ProblemArrays, StepArrays, read_arrays
+from motm_wbc.qp.arrays import ProblemArrays, StepArrays, read_arrays
 from motm_wbc.qp.problem import Limit
 from motm_wbc.qp.step import BRAKES_ON_ARC
 
@@ -24,8 +24,7 @@ def read_answer(
     snap: float,
     z: Array,
     command: Array,
-    slack: Array,
-    codes: Codes,
+    report: IntArray,
 ) -> float:
     """Turn an answer into inputs.
 
@@ -35,9 +34,10 @@ def read_answer(
         verdict: what that returned.
         snap: a factor that is nearer than this to its upper bound is put there.
         z: (n,) answer, inside its limits.
-        command: (n_inputs,), is written.
-        slack: (6,) wanted less got twist of the robot's own tool, is written.
-        codes: (n_inputs + r,) `Limit` that each input and row is at, or `FREE`, is written.
+        command: (n_inputs + 6,), is written: the inputs, then the twist that is asked of the
+            robot's own tool less the one it gets.
+        report: (n_inputs + 2 + 3 r,), is written: the `Limit` that each input is at, or
+            `FREE`; the closest pair; for each row whether it is active, and its pair.
 
     Returns:
         Factor by which navigation's inputs are scaled; 1.0 without navigation, 0.0 where the
@@ -45,7 +45,7 @@ def read_answer(
     """
     step = read_arrays(table)
     state, problem, n = step.state, step.problem, len(z)
-    n_base = len(state.reference)
+    n_base, n_inputs = len(state.reference), len(state.previous)
     first = 1 if led else n_base
     scale = 1.0
     if led:
@@ -56,27 +56,38 @@ def read_answer(
             command[i] = scale * state.lead[i] + 0.0  # no negative zeros
         held = scale < 1.0 - _UNSCALED and scale >= problem.upper[0] - _UNSCALED
         for i in range(n_base):
-            codes[i] = _lead_code(command[i], i, step) if held else FREE
-        if verdict == BRAKES_ON_ARC:
-            codes[:n_base] = _ACCELERATION
+            report[i] = _lead_code(command[i], i, step) if held else FREE
+        if verdict & BRAKES_ON_ARC:
+            report[:n_base] = _ACCELERATION
             scale = 0.0
     else:
         for i in range(n_base):
             command[i] = z[i] + 0.0
-            codes[i] = _code(z[i], i, problem, 0.0)
+            report[i] = _code(z[i], i, problem, 0.0)
     for k in range(first, n):
         command[n_base + k - first] = z[k]
-        codes[n_base + k - first] = _code(z[k], k, problem, _AT_BOUND)
+        report[n_base + k - first] = _code(z[k], k, problem, _AT_BOUND)
     for i in range(6):
-        slack[i] = step.tools.wanted[0, i]
-        for c in range(len(command)):
-            slack[i] -= step.tools.J[0, i, c] * command[c]
-    for slot in range(len(step.rows.bound)):
-        room = step.rows.bound[slot]
-        for c in range(len(command)):
-            room -= step.rows.A[slot, c] * command[c]
-        codes[len(command) + slot] = _SPEED if room <= _AT_BOUND else FREE
+        slack = step.tools.wanted[0, i]
+        for c in range(n_inputs):
+            slack -= step.tools.J[0, i, c] * command[c]
+        command[n_inputs + i] = slack
+    _report_rows(step, command, report[n_inputs:])
     return scale
+
+
+@kernel
+def _report_rows(step: StepArrays, command: Array, report: IntArray) -> None:
+    """Write the closest pair, then for each row whether it is active, and its pair."""
+    rows = step.rows
+    report[0], report[1] = rows.closest[0], rows.closest[1]
+    for slot in range(len(rows.bound)):
+        room = rows.bound[slot]
+        for c in range(rows.A.shape[1]):
+            room -= rows.A[slot, c] * command[c]
+        at = 2 + 3 * slot
+        report[at] = _SPEED if room <= _AT_BOUND else FREE
+        report[at + 1], report[at + 2] = rows.slots[slot, 0], rows.slots[slot, 1]
 
 
 @kernel

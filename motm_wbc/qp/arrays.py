@@ -34,6 +34,8 @@ class StateArrays(NamedTuple):
         linear_J: (l, n_inputs) tasks of the user's own.
         linear_target: (l,) what they want.
         linear_weights: (l,).
+        passed: (n_arm,) by how much each joint has to pass its acceleration limit so that its
+            position and velocity hold, is written.
         lead: (n_base,) inputs that the factor scales, is written.
         rotations: (m, 3, 3) of the joint frames, is written.
         translations: (m, 3) [m], is written.
@@ -53,6 +55,7 @@ class StateArrays(NamedTuple):
     linear_J: Array
     linear_target: Array
     linear_weights: Array
+    passed: Array
     lead: Array
     rotations: Array
     translations: Array
@@ -133,7 +136,7 @@ PROTOTYPE = StepArrays(
     posture=prototype(PostureArrays, "f1 f1 f1 f1"),
     joints=prototype(JointArrays, "f1 f1 f1 f1 f1"),
     base=prototype(BaseArrays, "f1 f1 f1"),
-    state=prototype(StateArrays, "f1 f1 f1 f1 f1 f1 f2 f1 f1 f1 f3 f2 f2 f1 f1 f2 f1"),
+    state=prototype(StateArrays, "f1 f1 f1 f1 f1 f1 f2 f1 f1 f1 f1 f3 f2 f2 f1 f1 f2 f1"),
 )
 """The type and number of dimensions of each array."""
 read_arrays = reader(PROTOTYPE)

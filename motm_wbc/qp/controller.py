@@ -25,11 +25,12 @@ from motm_wbc.qp.problem import QpProblem
 from motm_wbc.qp.result import WholeBodyResult
 from motm_wbc.qp.rows import RowArrays, empty_rows
 from motm_wbc.qp.solvers import make_solver
-from motm_wbc.qp.step import NOT_FINITE, write_problem
+from motm_wbc.qp.step import NOT_FINITE, PASSES_ACCELERATION, write_problem
 from motm_wbc.qp.tasks import BaseTask, FreeBase, HeldObject, LinearTask, PostureTask, ToolTask
 
 _DEFAULT = WholeBodyParameters()
 _TABLE = AddressTable(PROTOTYPE)
+_SNAP = 1e-9  # a factor of navigation's inputs that is nearer than this to its bound is put there
 
 
 class WholeBodyController:
@@ -64,7 +65,8 @@ class WholeBodyController:
         self._base = BaseBounds(model.base_limits, model.n_base, dt)
         self._names = describe.input_names(model)
         self._differential = model.base_kind is BaseKind.DIFFERENTIAL
-        self._snap = 10.0 * parameters.solver_tolerance
+        count = len(self._names)
+        self._sizes = count + 6, count + 2 + 3 * parameters.collision_rows
         self.reset()
 
     def reset(self) -> None:
@@ -133,33 +135,35 @@ class WholeBodyController:
         mode = self._free if isinstance(base, FreeBase) else self._led
         self._last = mode
         verdict = write_problem(mode.table, mode.led, self._differential)
-        if verdict == NOT_FINITE:
+        if verdict & NOT_FINITE:
             state, tasks = (base_pose, q, previous), (base, tools, posture, extra)
             trouble = what_is_unusable(self.model, state, tasks, held, gripper_width)
             return self._brake(trouble, q, previous, start)
         answer = mode.ladder.solve(mode.problem, self._row_name)
         if answer.x is None:
             return self._brake(answer.reason, q, previous, start)
-        n_base, rows = self.model.n_base, self._step.rows
-        command, slack = np.empty(len(self._names)), np.empty(6)
-        codes = np.empty(len(self._names) + len(rows.bound), np.int8)
-        scale = read_answer(
-            mode.table, mode.led, verdict, self._snap, answer.x, command, slack, codes
-        )
+        command, report = np.empty(self._sizes[0]), np.empty(self._sizes[1], np.int64)
+        scale = read_answer(mode.table, mode.led, verdict, _SNAP, answer.x, command, report)
+        n_base, n_inputs = self.model.n_base, len(self._names)
+        rung, passed = answer.rung, ""
+        if verdict & PASSES_ACCELERATION:
+            rung = "no_acceleration" if rung == "full" else rung
+            passed = describe.passed_accelerations(
+                self._step.state, mode.problem, self.model.arm_joints
+            )
         return WholeBodyResult(
             command[:n_base],
-            command[n_base:],
-            answer.rung,
+            command[n_base:n_inputs],
+            rung,
             scale,
-            slack,
-            float(rows.clearance[0]),
+            command[n_inputs:],
+            float(self._step.rows.clearance[0]),
             answer.solve_time,
             time.perf_counter() - start,
             answer.solver_fallback,
+            passed,
             answer,
-            describe.Situation(
-                codes, rows.slots.copy(), rows.closest.copy(), self._names, self._pair_names
-            ),
+            describe.Situation(report, self._names, self._pair_names),
         )
 
     def _late(self, age: float) -> str:
@@ -252,7 +256,7 @@ class WholeBodyController:
             solve_time=0.0,
             step_time=time.perf_counter() - start,
             solver_fallback=False,
-            _why=reason,
+            _passed=reason,
         )
 
 

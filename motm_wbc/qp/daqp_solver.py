@@ -15,11 +15,11 @@ _SOFTNESS = 1e-6  # small beside the unit metric of x, so the limits are passed 
 
 
 class DaqpSolver:
-    """DAQP (Arnstroem, Bemporad and Axehill, "A Dual Active-Set Solver for Embedded
-    Quadratic Programming Using Recursive LDL^T Updates", 2022).
+    """DAQP, from scratch at every step: an answer depends on its problem alone.
 
-    Nothing is kept from one problem to the next: an answer depends on its problem alone.
-    """  # noqa: D205
+    Arnstroem, Bemporad and Axehill, "A Dual Active-Set Solver for Embedded Quadratic
+    Programming Using Recursive LDL^T Updates", 2022.
+    """
 
     def solve(self, problem: QpProblem) -> Array | None:
         """The optimum (n,), or None where there is none. Never raises."""

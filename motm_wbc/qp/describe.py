@@ -10,10 +10,11 @@ from motm_wbc.geometry.arrays import IntArray
 from motm_wbc.kinematics import RobotModel
 from motm_wbc.kinematics.parameters import PairClass
 from motm_wbc.qp.answer import FREE
+from motm_wbc.qp.arrays import StateArrays
 from motm_wbc.qp.dampers import approach_speed
 from motm_wbc.qp.nearby import PairNames
 from motm_wbc.qp.parameters import WholeBodyParameters
-from motm_wbc.qp.problem import Kinds, Limit
+from motm_wbc.qp.problem import Limit, QpProblem
 from motm_wbc.qp.rows import NO_PAIR
 
 _WORDS = {
@@ -28,38 +29,47 @@ class Situation(NamedTuple):
     """What a command is held back by, in numbers; names are made when somebody asks.
 
     Attributes:
-        codes: (n_inputs + r,) `Limit` that each input and row is at, or `FREE`.
-        slots: (r, 2) pairs of the rows.
-        nearest: (2,) the closest pair, or `NO_PAIR`.
+        report: as `read_answer` writes it.
         inputs: (n_inputs,) names of the inputs.
         pairs: names of the pairs.
     """
 
-    codes: Kinds
-    slots: IntArray
-    nearest: IntArray
+    report: IntArray
     inputs: tuple[str, ...]
     pairs: PairNames
 
     def active(self) -> tuple[str, ...]:
         """Names of the limits and pairs that the command is at."""
-        codes, count = self.codes.tolist(), len(self.inputs)
+        codes, rows = self.report[: len(self.inputs)].tolist(), self._rows()
         limits = [
             f"{name} {_WORDS[Limit(code)]}"
-            for name, code in zip(self.inputs, codes[:count], strict=True)
+            for name, code in zip(self.inputs, codes, strict=True)
             if code != FREE
         ]
-        rows = [self.pair(slot) for slot, code in enumerate(codes[count:]) if code != FREE]
-        return (*limits, *rows)
-
-    def pair(self, slot: int) -> str:
-        """Name of the pair in a row's slot."""
-        return self.pairs.of(int(self.slots[slot, 0]), int(self.slots[slot, 1]))
+        return (*limits, *(self.pairs.of(i, j) for code, i, j in rows if code != FREE))
 
     def closest(self) -> str:
         """Name of the closest pair, empty if there is none."""
-        first, second = self.nearest.tolist()
+        first, second = self.report[len(self.inputs) : len(self.inputs) + 2].tolist()
         return "" if first == NO_PAIR else self.pairs.of(first, second)
+
+    def _rows(self) -> list[list[int]]:
+        rows: list[list[int]] = self.report[len(self.inputs) + 2 :].reshape(-1, 3).tolist()
+        return rows
+
+
+def passed_accelerations(state: StateArrays, problem: QpProblem, joints: tuple[str, ...]) -> str:
+    """Which joints have to pass their acceleration limits for which limit, and by how much."""
+    parts, n = [], len(problem.f)
+    for index in np.flatnonzero(state.passed).tolist():
+        k = n - len(joints) + index
+        fast = state.previous[index - len(joints)] > problem.box_upper[k]
+        kind = Limit(int((problem.upper_kind if fast else problem.lower_kind)[k]))
+        parts.append(
+            f"{kind.name.lower()} of {joints[index]} against acceleration of {joints[index]}, "
+            f"which gave way by {state.passed[index]:.2g}"
+        )
+    return "; ".join(parts)
 
 
 def input_names(model: RobotModel) -> tuple[str, ...]:

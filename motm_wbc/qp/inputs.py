@@ -53,6 +53,7 @@ class InputArrays:
             linear_J=np.zeros((0, count)),
             linear_target=np.zeros(0),
             linear_weights=np.zeros(0),
+            passed=np.zeros(n_arm),
             lead=np.zeros(n_base),
             rotations=np.zeros((frames, 3, 3)),
             translations=np.zeros((frames, 3)),

@@ -20,12 +20,11 @@ from motm_wbc.qp.conflict import Conflict
 from motm_wbc.qp.daqp_solver import DaqpSolver
 from motm_wbc.qp.elastic import ElasticProblem
 from motm_wbc.qp.parameters import WholeBodyParameters
-from motm_wbc.qp.problem import NO_BOUND, QpProblem, clip, excess
+from motm_wbc.qp.problem import NO_BOUND, ROUNDING, QpProblem, clip, excess
 from motm_wbc.qp.rung import Rung
 from motm_wbc.qp.solvers import QpSolver
 
 _COUNTED = "osqp", "daqp"  # solvers that end after so many iterations in any case
-_CROSSED = 1e-9  # share of rounding in a box whose lower bound lies above its upper one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,11 +54,8 @@ class Answer:
         """What contradicts what and what gave way, by name; made when it is asked for."""
         if self.conflict is None:
             return ""
-        return (
-            f"no solver found an answer; {self.conflict.text}"
-            if self.x is None
-            else (self.conflict.text)
-        )
+        unanswered = "no solver found an answer; " if self.x is None else ""
+        return unanswered + self.conflict.text
 
 
 class Ladder:
@@ -172,7 +168,7 @@ def _accept(
     """Clip `x` (n,) to its box, into `inside`; whether it is finite and keeps all limits."""
     n = len(x)
     for i in range(n):
-        if not math.isfinite(x[i]) or not lower[i] <= upper[i] + _CROSSED:
+        if not math.isfinite(x[i]) or not lower[i] <= upper[i] + ROUNDING:
             return False
     clip(x, lower[:n], upper[:n], inside)
     return bool(excess(A, upper[n:], inside) <= tolerance)

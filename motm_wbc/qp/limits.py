@@ -62,12 +62,14 @@ class JointBox:
         upper: the same; never below `lower`.
         hard_lower: position and velocity limits only.
         hard_upper: the same; never below `hard_lower`.
+        passed: by how much the acceleration limit has to be passed for these.
     """
 
     lower: Array
     upper: Array
     hard_lower: Array
     hard_upper: Array
+    passed: Array
 
 
 @kernel
@@ -80,6 +82,7 @@ def joint_box(
     upper: Array,
     hard_lower: Array,
     hard_upper: Array,
+    passed: Array,
 ) -> None:
     """Bounds for joints at `q` (n,) whose last commanded velocities are `v` (n,).
 
@@ -88,7 +91,7 @@ def joint_box(
     possible, so whoever starts inside it never needs more than the acceleration limit. A joint
     outside its range may not go further out and is led back.
 
-    The last four arguments, (n,) each, are written: the fields of `JointBox`.
+    The last arguments, (n,) each, are written: the fields of `JointBox`.
     """
     for i in range(len(q)):
         below, above = q[i] - limits.lower[i], limits.upper[i] - q[i]
@@ -102,6 +105,7 @@ def joint_box(
         hard_lower[i], hard_upper[i] = low, high
         lower[i] = min(max(slowest, low), high)
         upper[i] = max(min(fastest, high), low)
+        passed[i] = max(slowest - high, low - fastest, 0.0)
 
 
 @kernel
@@ -198,8 +202,11 @@ class JointLimits:
 
     def box(self, q: Array, v: Array) -> JointBox:
         """Bounds for joints at `q` (n,) whose last commanded velocities are `v` (n,)."""
-        box = JointBox(*np.empty((4, len(q))))
-        joint_box(self.arrays, self._dt, q, v, box.lower, box.upper, box.hard_lower, box.hard_upper)
+        box = JointBox(*np.empty((5, len(q))))
+        joint_box(
+            self.arrays, self._dt, q, v,
+            box.lower, box.upper, box.hard_lower, box.hard_upper, box.passed,
+        )  # fmt: skip
         return box
 
     def braked(self, v: Array) -> Array:

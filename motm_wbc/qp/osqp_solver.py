@@ -10,27 +10,29 @@ from scipy import sparse
 
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
+from motm_wbc.qp.daqp_solver import solve_exactly
 from motm_wbc.qp.parameters import WholeBodyParameters
 from motm_wbc.qp.polish import polish
-from motm_wbc.qp.problem import NO_BOUND, QpProblem
+from motm_wbc.qp.problem import NO_BOUND, ROUNDING, QpProblem
 
 _ROUND = 10  # iterations before the active set is tried
 _STEPS = 0.2, 1.0, 10.0, 100.0  # OSQP's rho, by turns, for variables and rows of unit length
 _TURN = 2  # rounds with one of them
+_DOUBT = 3  # rounds after which daqp is asked whether there is an answer at all
 _SOLVED = 1
 _INFEASIBLE = 3, 4  # primal infeasible, surely or nearly so
-_CROSSED = 1e-9  # share of rounding in a box whose lower bound lies above its upper one
 _ZERO = 1e-9  # multipliers below are rounding
 
 
 class OsqpSolver:
-    """OSQP (Stellato et al., "OSQP: An Operator Splitting Solver for Quadratic Programs",
-    2020) with a polish of our own after every few iterations.
+    """OSQP with a polish of our own after every few iterations.
 
+    Stellato et al., "OSQP: An Operator Splitting Solver for Quadratic Programs", 2020.
     The sparsity is fixed: the box, then the rows with all their entries, zeros included.
     Variables are scaled to a Hessian with unit diagonal and rows to unit length, so one
     step size does for nearly all problems. The few that want another get it by turns, counted
     and not timed: the same run gives the same answer.
+    It is slow to see that a problem is infeasible, so daqp is asked that in case of doubt.
     The last answer and its multipliers are the start of the next solve; keep a pair in its
     slot to gain by that. OSQP's own scaling, polish and Python layer are left out, as each
     takes longer than its iterations.
@@ -39,7 +41,7 @@ class OsqpSolver:
         n: number of variables.
         k: number of collision rows.
         parameters: tolerance and iterations.
-    """  # noqa: D205
+    """
 
     def __init__(self, n: int, k: int, parameters: WholeBodyParameters) -> None:
         columns, rows = np.tril_indices(n)  # the upper triangle, column by column
@@ -87,29 +89,37 @@ class OsqpSolver:
 
     def solve(self, problem: QpProblem) -> Array | None:
         """The optimum (n,), exact in nearly all cases, else to the tolerance; or None."""
+        self.iterations = 0
         try:
-            return self._solve(problem)
+            return self._iterate(problem) if self._load(problem) else None
         except Exception:  # whatever it is, the caller has to go on without this answer
             return None
 
-    def _solve(self, problem: QpProblem) -> Array | None:
-        H, f, A, lower, upper = problem.H, problem.f, problem.A, problem.lower, problem.upper
+    def _load(self, problem: QpProblem) -> bool:
+        """Hand a problem to OSQP, with where to start; whether it takes it."""
         solver = self._solver
-        self.iterations = 0
         numbers = _scaled(
-            H, f, A, lower, upper, self._x, self._y, self._P, self._A, self._q, self._low,
-            self._high, self._start, self._duals, self._scale,
+            problem.H, problem.f, problem.A, problem.lower, problem.upper, self._x, self._y,
+            self._P, self._A, self._q, self._low, self._high, self._start, self._duals,
+            self._scale,
         )  # fmt: skip
         if not numbers:
-            return None
+            return False
         self._set_step(_STEPS[0])
         if solver.update_data_vec(q=self._q, l=self._low, u=self._high):
-            return None
+            return False
         if solver.update_data_mat(P_x=self._P, P_i=None, A_x=self._A, A_i=None):
-            return None
+            return False
         solver.warm_start(self._start, self._duals)
-        x = np.empty(len(f))
+        return True
+
+    def _iterate(self, problem: QpProblem) -> Array | None:
+        """Rounds of a few iterations and a polish, until there is an answer."""
+        H, f, A, lower, upper = problem.H, problem.f, problem.A, problem.lower, problem.upper
+        solver, x = self._solver, np.empty(len(f))
         for turn in range(self._rounds):
+            if turn == _DOUBT and solve_exactly(H, f, A, lower, upper) is None:
+                break  # there is no answer to be found
             self._set_step(_STEPS[turn // _TURN % len(_STEPS)])
             solver.solve()
             self.iterations += _ROUND
@@ -127,7 +137,7 @@ class OsqpSolver:
                 self._x[:], self._y[:] = x, self._multipliers
                 return x
             if status == _SOLVED:
-                self._x[:] = solution.x / self._scale[: len(x)]
+                np.divide(solution.x, self._scale[: len(x)], out=self._x)
                 _unscaled(duals, self._scale, self._y)
                 return self._x.copy()
         return None
@@ -215,6 +225,6 @@ def _scaled(
         high[i] = min(upper[i] * scale[i], NO_BOUND)
         low[i] = min(max(lower[i] * scale[i], -NO_BOUND), high[i])
         duals[i] = y[i] / scale[i]
-        if not lower[i] <= upper[i] + _CROSSED:
+        if not lower[i] <= upper[i] + ROUNDING:
             return False
     return math.isfinite(total)

@@ -31,6 +31,9 @@ class OtherSolver:
         """The optimum (n,), or None: infeasible, or failed. Never raises."""
         import qpsolvers
 
+        data = problem.H, problem.f, problem.A, problem.lower, problem.upper
+        if not all(np.isfinite(numbers).all() for numbers in data):
+            return None  # some solvers take seconds over what is no number
         used = problem.bound < NO_BOUND
         rows = bool(used.any())
         lower, upper = problem.box_lower.copy(), problem.box_upper.copy()

@@ -42,9 +42,9 @@ class WholeBodyParameters(Data):
     deviation cost one half.
     """
 
-    linear_weight: PositiveWeight = 50.0
+    linear_weight: PositiveWeight = 500.0
     """Weight of the tool's linear velocity; large beside all that the redundancy is for."""
-    angular_weight: PositiveWeight = 5.0
+    angular_weight: PositiveWeight = 50.0
     """Weight of the tool's angular velocity."""
     pose_speed: Annotated[float, Field(gt=0.0, le=10.0)] = 0.5
     """Largest speed that an error of a tool's position asks for [m/s]."""
@@ -52,7 +52,7 @@ class WholeBodyParameters(Data):
     """Largest turn rate that an error of a tool's orientation asks for [rad/s]."""
     damping: PositiveWeight = 0.01
     """Weight of the arm's joint velocities (Holistic's)."""
-    scale_weight: PositiveWeight = 100.0
+    scale_weight: PositiveWeight = 1000.0
     """Pull of the factor that scales navigation's command toward one, per m/s of that command.
     It exceeds what the tool task can pull back (linear weight times slack), so that only
     limits and collision rows slow the base."""
@@ -83,8 +83,8 @@ class WholeBodyParameters(Data):
     """Largest speed with which a pair nearer than its safe distance is led apart [m/s]."""
     collision_rows: Annotated[int, Field(ge=1, le=100)] = 12
     """Pairs that the QP sees in one step: the nearest, each measured by its class."""
-    held_rows: Annotated[int, Field(ge=1, le=20)] = 3
-    """Of these, how many may be spent on the held object and one body."""
+    held_rows: Annotated[int, Field(ge=1, le=20)] = 4
+    """Of these, how many may be spent on the held object and one body: the corners of a face."""
     largest_age: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     """Age of a sensor sample above which the controller brakes [s]."""
     recovery_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 0.2
@@ -99,8 +99,8 @@ class WholeBodyParameters(Data):
     then on."""
     row_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-4
     """Largest violation of a collision row in an accepted answer [m/s]."""
-    acceleration_penalty: PositiveWeight = 300.0
+    acceleration_penalty: PositiveWeight = 3000.0
     """Price of passing an acceleration limit, per rad/s, where nothing else is feasible. It
     exceeds what the tasks can pay."""
-    collision_penalty: PositiveWeight = 3000.0
+    collision_penalty: PositiveWeight = 30000.0
     """Price of passing a collision row, per m/s, where nothing else is feasible."""

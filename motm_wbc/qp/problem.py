@@ -15,6 +15,9 @@ from motm_wbc.geometry.jit import kernel
 NO_BOUND = 1e30
 """A bound of this size is none; finite, as solvers disagree on infinities."""
 
+ROUNDING = 1e-9
+"""A lower bound may lie above its upper one by this much: the limits still agree."""
+
 Kinds: TypeAlias = npt.NDArray[np.int8]
 """One `Limit` for each variable."""
 
@@ -117,12 +120,17 @@ def clip(x: Array, lower: Array, upper: Array, inside: Array) -> None:
 
 @kernel
 def excess(A: Array, bound: Array, x: Array) -> float:
-    """Greatest of `A x - bound` over the rows in use; minus infinity if there is none."""
+    """Greatest of `A x - bound` over the rows in use; minus infinity if there is none.
+
+    What is no number counts as infinitely far.
+    """
     worst = -np.inf
     for i in range(len(bound)):
-        if bound[i] < NO_BOUND:
+        if not bound[i] >= NO_BOUND:
             over = -bound[i]
             for j in range(len(x)):
                 over += A[i, j] * x[j]
+            if not over <= NO_BOUND:
+                return np.inf
             worst = max(worst, over)
     return worst

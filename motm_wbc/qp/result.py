@@ -40,18 +40,20 @@ class WholeBodyResult:
     solve_time: float
     step_time: float
     solver_fallback: bool
-    _why: Answer | str = field(default="", repr=False)
+    _passed: str = field(default="", repr=False)
+    _answer: Answer | None = field(default=None, repr=False)
     _situation: Situation | None = field(default=None, repr=False)
 
     @property
     def reason(self) -> str:
-        """One line that names what contradicted what; empty for `full`."""
-        return self._why if isinstance(self._why, str) else self._why.reason
+        """One line that names what contradicted what and what gave way; empty for `full`."""
+        later = "" if self._answer is None else self._answer.reason
+        return "; ".join(part for part in (self._passed, later) if part)
 
     @property
     def note(self) -> str:
         """Why the chosen solver is not asked any more; empty while it is."""
-        return "" if isinstance(self._why, str) else self._why.note
+        return "" if self._answer is None else self._answer.note
 
     @property
     def active(self) -> tuple[str, ...]:

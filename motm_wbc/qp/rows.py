@@ -29,6 +29,7 @@ from motm_wbc.qp.shapes import SceneArrays
 
 _BRAKES = 0.98  # share of the deceleration that is counted on: normals turn on the way
 _SLOW = 1e-6  # [m/s] stands for a closing speed that is none
+_SAME_POINT = 1e-3  # [m] between points that count as one
 NO_PAIR = -1
 """Stands for the pair of a slot that is not in use."""
 
@@ -182,7 +183,8 @@ def _choose(
 ) -> int:
     """Write the pairs that get rows to `rows.chosen`; returns their number.
 
-    A held box's edges would take all slots: it gets `held_rows` for each other body.
+    A held box's edges would take all slots: it gets `held_rows` for each other body, at
+    different points.
     """
     slots = len(rows.bound)
     holding = segments.is_held[-1]
@@ -202,12 +204,33 @@ def _choose(
         _sift(rows.heap, 0, left, rows.rank)
         i, j = near.pair[best, 0], near.pair[best, 1]
         if segments.is_held[i]:
-            rows.spent[j] += 1
-            if rows.spent[j] > held_rows:
+            if rows.spent[j] == held_rows or _is_repeated(segments, near, best, chosen, rows):
                 continue
+            rows.spent[j] += 1
         rows.chosen[chosen] = best
         chosen += 1
     return chosen
+
+
+@kernel
+def _is_repeated(
+    segments: SegmentArrays, near: NearArrays, index: int, chosen: int, rows: RowArrays
+) -> bool:
+    """Whether a pair of the held object has a row already: edges that meet share their corner.
+
+    Else all rows would be spent on the nearest corner, and the next one would come unforeseen
+    as the object turns.
+    """
+    for c in range(chosen):
+        other = rows.chosen[c]
+        if not segments.is_held[near.pair[other, 0]] or near.pair[other, 1] != near.pair[index, 1]:
+            continue
+        squared = 0.0
+        for axis in range(1, 4):
+            squared += (near.contact[other, axis] - near.contact[index, axis]) ** 2
+        if squared < _SAME_POINT * _SAME_POINT:
+            return True
+    return False
 
 
 @kernel

@@ -30,9 +30,11 @@ from motm_wbc.qp.rows import write_rows
 from motm_wbc.qp.segments import place_segments
 from motm_wbc.qp.shapes import place_solids
 
-READY, BRAKES_ON_ARC, NOT_FINITE = 0, 1, 2
-"""What `write_problem` returns: a problem; a problem in which the base brakes because nothing
-of what navigation asks for is within its acceleration; the input was no number."""
+READY, BRAKES_ON_ARC, PASSES_ACCELERATION, NOT_FINITE = 0, 1, 2, 4
+"""What `write_problem` returns, flags that may come together: a problem; the base brakes because
+nothing of what navigation asks for is within its acceleration; a joint has to pass its
+acceleration limit for its position or velocity; the input was no number."""
+_NOTABLE = 1e-9  # [rad/s] by which an acceleration limit counts as passed
 _SPEED, _POSITION = int(Limit.SPEED), int(Limit.POSITION)
 _ACCELERATION, _LOCK = int(Limit.ACCELERATION), int(Limit.LOCK)
 
@@ -48,7 +50,7 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
         differential: the base's inputs are (v, omega), else (v_x, v_y, omega).
 
     Returns:
-        `READY`, `BRAKES_ON_ARC` or `NOT_FINITE`.
+        `READY`, or flags.
     """
     step = read_arrays(table)
     weights, problem, state = named_weights(step.weights), step.problem, step.state
@@ -83,6 +85,8 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
     n = first + n_arm
     for slot in range(len(step.rows.bound)):
         problem.upper[n + slot] = step.rows.bound[slot]
+    if state.passed.max() > _NOTABLE:
+        verdict |= PASSES_ACCELERATION
     return verdict
 
 
@@ -189,7 +193,7 @@ def _write_box(
     joint_box(
         step.joints, dt, state.positions[3 : 3 + n - first], state.previous[n_base:],
         problem.lower[first:n], problem.upper[first:n],
-        problem.hard_lower[first:], problem.hard_upper[first:],
+        problem.hard_lower[first:], problem.hard_upper[first:], state.passed,
     )  # fmt: skip
     for i in range(n - first):
         k, fastest = first + i, step.joints.v_max[i]
@@ -203,6 +207,10 @@ def _write_box(
             least, most = scale_interval(step.base, state.reference, state.previous[:n_base])
         problem.lower[0], problem.upper[0] = least, most
         problem.lower_kind[0], problem.upper_kind[0] = _ACCELERATION, _ACCELERATION
+        for i in range(n_base):
+            speed, room = most * state.lead[i], _NOTABLE
+            if speed >= step.base.fastest[i] - room or speed <= step.base.slowest[i] + room:
+                problem.upper_kind[0] = _SPEED
     else:
         base_box(step.base, state.previous[:n_base], problem.lower, problem.upper)
         for i in range(n_base):

@@ -48,7 +48,7 @@ class ToolTask:
     _: KW_ONLY
     T_world_target: Array | None = None
     acceleration: Array = field(default_factory=lambda: _AT_REST)
-    gain: float = 1.5
+    gain: float = 5.0
     weights: Array = field(default_factory=lambda: _ALL_AXES)
     R_world_task: Array = field(default_factory=lambda: _WORLD_AXES)
     position_error: float | None = None

@@ -9,6 +9,7 @@ from motm_wbc.errors import InputError
 from motm_wbc.geometry import se2
 from motm_wbc.kinematics import solve_ik
 from motm_wbc.kinematics.branches import HoldParameters, longest_hold
+from motm_wbc.kinematics.following import arm_numbers, follow
 from motm_wbc.kinematics.parameters import PairClass, PairClasses
 from motm_wbc.kinematics.rotations import axis_angle, inverse_pose, planar_pose
 
@@ -209,3 +210,19 @@ def test_whatever_is_held_is_held_inside_all_limits(robot, seed):
         assert own >= 0.01 - 1e-9
         if len(robot.footprint) == 4:  # the other's body is narrower than its box
             assert base >= 0.02 - 1e-9
+
+
+def test_what_is_turned_over_is_not_followed(frankie):
+    arm, poses = arm_numbers(frankie), np.zeros((2, 3))
+    right = top_down(0.6, 0.0, 0.6)
+    q = np.empty((2, 7))
+    q[0] = longest_hold(frankie, right, poses, 1.0, YAW_FREE).q[0]
+    over = frankie.configuration(poses[0], q[0]).T_world_tool
+    over[:3, 1:3] *= -1.0
+    for target, last in ((right, 1), (over, 0)):
+        targets, counted = np.array([right, target]), np.array(YAW_FREE)
+        still = np.zeros(7)
+        reached = follow(
+            arm, targets, counted, 0.02, still, still, (1e-4, 1e-3), (0.01, 0.02), 0, 1, q
+        )
+        assert reached == last

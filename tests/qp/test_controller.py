@@ -388,3 +388,62 @@ def test_the_summary_names_every_degree_of_freedom_and_pair_class(controller, fr
 def test_an_unknown_solver_is_refused(frankie):
     with pytest.raises(UnknownName, match="osqp"):
         WholeBodyController(frankie, DT, solver="cplex")
+
+
+def test_a_joint_too_fast_for_its_range_passes_its_acceleration_limit_and_says_so(frankie):
+    q, speeds = frankie.home.copy(), np.zeros(7)
+    q[6], speeds[6] = frankie.q_upper[6] - 0.01, 1.0
+    result = WholeBodyController(frankie, DT).step(
+        base_pose=np.zeros(3),
+        q=q,
+        previous=(np.zeros(2), speeds),
+        base=NavigatedBase(np.zeros(2)),
+    )
+    assert result.rung == "no_acceleration"
+    assert "position of panda_joint7 against acceleration of panda_joint7" in result.reason
+    assert q[6] + result.arm[6] * DT <= frankie.q_upper[6]
+
+
+def test_a_locked_joint_comes_to_rest_and_stays(frankie):
+    controller, q = WholeBodyController(frankie, DT), frankie.home.copy()
+    last = np.zeros(2), np.full(7, 0.3)
+    for k in range(60):
+        result = controller.step(
+            base_pose=np.zeros(3),
+            q=q,
+            previous=last,
+            base=FreeBase(),
+            tools=[ToolTask(np.array([0.1, 0.1, 0, 0, 0, 0]))],
+            locked=["panda_joint4", "base omega"],
+        )
+        assert result.rung == "full"
+        assert abs(result.arm[3] - last[1][3]) <= 12.5 * DT + 1e-12
+        q, last = q + result.arm * DT, (result.base, result.arm)
+        if k > 10:
+            assert result.arm[3] == 0.0 and result.base[1] == 0.0
+            assert "panda_joint4 locked" in result.active
+    assert np.abs(result.arm).max() > 0.02
+
+
+def test_a_second_frame_can_have_a_task_of_its_own(frankie):
+    """The forearm is held at its height while the tool goes sideways."""
+    controller = WholeBodyController(frankie, DT)
+    pose, q, last = np.zeros(3), frankie.home.copy(), (np.zeros(2), np.zeros(7))
+    start = frankie.configuration(pose, q).link_pose("panda_link5")[2, 3]
+    heights = {}
+    for held in (False, True):
+        q = frankie.home.copy()
+        up = np.array([0, 0, 20.0, 0, 0, 0])
+        elbow = ToolTask(frame="panda_link5", weights=up, T_world_target=None)
+        for _ in range(120):
+            tool = ToolTask(np.array([0.1, 0.15, 0.1, 0, 0, 0]))
+            result = controller.step(
+                base_pose=pose,
+                q=q,
+                previous=last,
+                base=NavigatedBase(np.zeros(2)),
+                tools=[elbow, tool] if held else [tool],
+            )
+            q, last = q + result.arm * DT, (result.base, result.arm)
+        heights[held] = frankie.configuration(pose, q).link_pose("panda_link5")[2, 3]
+    assert abs(heights[True] - start) < 0.3 * abs(heights[False] - start)

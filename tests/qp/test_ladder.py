@@ -242,6 +242,16 @@ def test_a_quick_solver_is_asked_every_time():
 
 
 @both
+@pytest.mark.parametrize("field", ["A", "upper"])
+def test_no_numbers_are_never_answered_as_kept(solver, field):
+    bad = problem([([0, 1, 0], 0.5)])
+    getattr(bad, field)[-3] = np.nan
+    answer = solve(bad, solver)
+    assert answer.rung != "full" or np.isfinite(bad.excess(answer.x))
+    assert bad.excess(np.zeros(3)) == np.inf
+
+
+@both
 def test_without_any_answer_it_says_brake(solver):
     bad = problem()
     bad.H[0, 0] = np.nan

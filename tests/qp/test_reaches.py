@@ -11,39 +11,45 @@ from benchmarks.reaching import log
 from benchmarks.reaching.chatter import high_share, most_reversals
 from benchmarks.reaching.contact import ContactCheck
 from benchmarks.reaching.distances import ExactDistances
+from benchmarks.reaching.follow import followed_share
 from benchmarks.reaching.path import StraightPath
 from benchmarks.reaching.reach import Motion, Variant, judge, move
 from benchmarks.reaching.scenes import make_scene
 from benchmarks.reaching.table import CHATTER, reason, table
 from benchmarks.reaching.targets import find_target
-from motm_wbc.geometry.closest import segment_segment
+from motm_wbc.kinematics.pair_search import segment_gap
 from motm_wbc.qp import WholeBodyController, WholeBodyParameters
 
 DT = 1.0 / 120.0
 ROUNDING = 1e-3  # [m] that distances may pass the safe ones by
 
 
-def check(outcomes, share):
-    """What must hold of all reaches, and the share that must get there."""
+def check(outcomes, share, open_share):
+    """What must hold of all reaches, and the shares that must get there.
+
+    `open_share` is of those along whose straight way some arm motion was found.
+    """
     text = table(outcomes)
     assert not any(outcome.contacts for outcome in outcomes), text
     assert min(outcome.margin for outcome in outcomes) >= -ROUNDING, text
     assert not any(outcome.limits_broken for outcome in outcomes), text
     assert max(outcome.reversals for outcome in outcomes) <= CHATTER, text
-    assert sum(outcome.reached for outcome in outcomes) >= share * len(outcomes), text
+    reached = sum(outcome.reached for outcome in outcomes)
+    assert reached >= share * len(outcomes), text
+    assert reached >= open_share * sum(not outcome.is_blocked for outcome in outcomes), text
 
 
 def test_few_reaches():
     outcomes = [o for seed in range(8) for o in reaches.reaches_of_scene(seed, 3, Variant())]
     assert len(outcomes) >= 20
-    check(outcomes, 0.8)
+    check(outcomes, 0.7, 0.9)
 
 
 @pytest.mark.slow
 def test_many_reaches():
     outcomes = [o for found in reaches.run(range(1000, 1030), 10, Variant(), 2) for o in found]
     assert len(outcomes) >= 290
-    check(outcomes, 0.9)
+    check(outcomes, 0.75, 0.9)
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +134,7 @@ def test_own_distances_are_those_of_capsules(frankie):
             continue
         ends = frankie.configuration(np.zeros(3), joints).capsule_segments()
         i, j = np.array(frankie.self_pairs).T
-        apart = segment_segment(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1]).distance
+        apart = segment_gap(ends[i], ends[j])
         assert margin.value + 0.01 == pytest.approx((apart - radius[i] - radius[j]).min(), abs=1e-5)
 
 
@@ -211,6 +217,18 @@ def test_the_log_takes_up_where_it_stopped(tmp_path, frankie, case):
     assert log.read(file) == first
     assert all(json.loads(line) for line in file.read_text().splitlines())
     assert asdict(log.read(file)[0]) == asdict(first[0])
+
+
+def test_the_way_of_a_reached_target_can_be_followed_and_a_walled_one_not(frankie, case, box):
+    scene, target, distances, _ = case
+    assert followed_share(frankie, scene, distances, target) == 1.0
+    x, y, z = (
+        0.5 * frankie.configuration(np.zeros(3), target.q_start).T_world_tool[:3, 3]
+        + 0.5 * target.T_world_target[:3, 3]
+    )
+    wall = box("wall", x, y, (0.05, 0.05, 0.05), bottom=z - 0.025)
+    walled = ExactDistances(frankie, (*scene.bodies, wall))
+    assert 0.0 < followed_share(frankie, scene, walled, target) < 0.7
 
 
 def test_reasons_are_named_by_kind(case, frankie):

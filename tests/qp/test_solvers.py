@@ -149,8 +149,7 @@ def test_no_numbers_is_none_and_never_an_exception(name, field):
             continue
         getattr(bad, field).flat[0] = value
         x = solver.solve(bad)
-        if name == "osqp":
-            assert x is None
+        assert x is None or name == "daqp"  # its own answer is checked by the ladder
         good = solver.solve(random_problem(3))
         np.testing.assert_allclose(good, reference(random_problem(3)), atol=2e-3)
 

@@ -1,0 +1,1 @@
+"""Random reaches in clutter: scenes, targets, closed loop, and independent checks."""

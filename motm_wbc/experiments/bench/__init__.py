@@ -1,0 +1,1 @@
+"""Speed of one control step, beside other libraries on the same recorded states."""
