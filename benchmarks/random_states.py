@@ -146,15 +146,28 @@ def random_step(rng: np.random.Generator, model: RobotModel) -> dict[str, Any]:
     }
 
 
-def margin(problem: QpProblem) -> float:
+def box_of(problem: QpProblem, model: RobotModel, velocities: Array) -> tuple[Array, Array]:
+    """Bounds of the variables, the arm's accelerations taken from the robot itself.
+
+    Where these contradict a position limit the QP's box is without them, and the lower bound
+    here is above the upper one.
+    """
+    lower, upper, change = problem.box_lower.copy(), problem.box_upper.copy(), model.a_max * DT
+    arm = slice(len(lower) - model.n_arm, None)
+    lower[arm] = np.maximum(lower[arm], velocities - change)
+    upper[arm] = np.minimum(upper[arm], velocities + change)
+    return lower, upper
+
+
+def margin(problem: QpProblem, lower: Array, upper: Array) -> float:
     """Least violation that the QP's limits leave, in rows of unit length; negative inside.
 
     A variable whose bounds coincide has no inside, and counts by the rows alone.
     """
     n = len(problem.f)
-    width = problem.box_upper - problem.box_lower
+    width = upper - lower
     rows = np.vstack((np.eye(n), -np.eye(n), problem.A))
-    bounds = np.concatenate((problem.box_upper, -problem.box_lower, problem.bound))
+    bounds = np.concatenate((upper, -lower, problem.bound))
     give = np.linalg.norm(rows, axis=1)
     give[: 2 * n][np.tile(np.abs(width) <= 4.0 * UNDECIDED, 2)] = 0.0
     used = bounds < NO_BOUND
@@ -207,7 +220,8 @@ def _judge(
     elapsed: float,
 ) -> None:
     """Add one state to the report."""
-    least = margin(problem)
+    lower, upper = box_of(problem, model, arguments["previous"][1])
+    least = margin(problem, lower, upper)
     report.states += 1
     report.rungs[result.rung] += 1
     x = answer_of(problem, result, arguments["base"])
@@ -225,7 +239,11 @@ def _judge(
         report.fallbacks += result.solver_fallback
         report.full_times.append(elapsed)
         values = np.concatenate((x, problem.A @ x))
-        over = np.maximum(problem.lower - values, values - problem.upper)
+        n = len(x)
+        over = np.maximum(
+            np.concatenate((lower, problem.lower[n:])) - values,
+            values - np.concatenate((upper, problem.upper[n:])),
+        )
         report.violation = max(report.violation, float(over.max()))
     elif " against " not in result.reason:
         report.unnamed += 1

@@ -35,7 +35,7 @@ _STILL = 1e-3  # [rad/s, m/s] slower counts as at rest
 _STUCK = 1.0  # [s] at rest off the target, after which it won't be reached
 _ROUNDING = 1e-9
 _AT_LIMIT = 2e-3  # [rad] to a position limit that counts as being at it
-_FOUND_WEIGHT = 40.0
+_FOUND_WEIGHT = 20.0
 """Weight of each joint's found position: it agrees with the target, so it may pull harder than
 the robot's own preference, which need not."""
 PAIR = " - "

@@ -13,10 +13,10 @@ import numpy as np
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
 from motm_wbc.basenav.goal_field import HEADING, GoalField, enter, first_move
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD
 from motm_wbc.basenav.walls import TOUCH, X, Y
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 _TURN_STEP = 0.01  # [m] that the outline's farthest corner moves from check to check
 _PULL_STEP = 0.04  # [m]

@@ -9,7 +9,6 @@ import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
 from motm_wbc.basenav.graph import TangentGraph, chain_turn
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
 from motm_wbc.basenav.search import remaining_times
 from motm_wbc.basenav.visibility import (
@@ -20,6 +19,7 @@ from motm_wbc.basenav.visibility import (
 )
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 
 class GoalRoutes(NamedTuple):

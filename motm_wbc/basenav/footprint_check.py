@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 _TILE = 0.25  # [m]
 _MAX_TILES = 1_000_000  # a larger world gets larger tiles

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.graph import chain_turn
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, direct_time, end_turn
 from motm_wbc.basenav.search import first_from
 from motm_wbc.basenav.visibility import (
@@ -28,6 +27,7 @@ from motm_wbc.basenav.visibility import (
 )
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 # columns of GoalField.goals
 HEADING, EXTRA = 2, 3

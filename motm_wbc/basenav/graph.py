@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.visibility import LEFT, NEITHER, RIGHT, line_of_sight, tangent_side
 from motm_wbc.basenav.walls import INCOMING, TOUCH, TURN, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 _FEW = 256
 

@@ -20,10 +20,10 @@ import itertools
 import math
 from typing import NamedTuple
 
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.walls import TOUCH
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 FORWARD, BACKWARD = 0, 1
 

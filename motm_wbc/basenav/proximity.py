@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import Outline, grown_corners, squared_distance
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 _DILATED = 0.4  # share of the radius that is dilation; the rest is blur
 _SAMPLE_SPACING = 0.12  # [m] on the outline, below half the way on which the value falls

@@ -16,7 +16,6 @@ import numpy as np
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
 from motm_wbc.basenav.goal_field import GoalField, by_chain, cost_to_go
 from motm_wbc.basenav.graph import chain_turn
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.pathrtr import direct_time, end_turn
 from motm_wbc.basenav.visibility import (
     NEITHER,
@@ -27,6 +26,7 @@ from motm_wbc.basenav.visibility import (
 )
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 REASONS = ("", "collision", "out of reach", "unreachable")
 FREE, COLLISION, OUT_OF_REACH, UNREACHABLE = range(4)

@@ -14,9 +14,9 @@ import math
 import numpy as np
 
 from motm_wbc.basenav.graph import TangentGraph
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 SAME_TURN = 1e-8
 """Directions nearer than this are one direction [rad]: a path may turn back by it."""

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.staa_motion import (
     Drive,
     arc,
@@ -25,6 +24,7 @@ from motm_wbc.basenav.staa_motion import (
     wrapped,
 )
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 RATE_V, TARGET_V, RATE_OMEGA, TARGET_OMEGA, ACCELERATION, ALPHA = range(6)
 """Columns of the table of first actions."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from motm_wbc.basenav.goal_field import cost_to_go
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span, wrapped
 from motm_wbc.basenav.staa_search import Problem
+from motm_wbc.geometry.jit import kernel
 
 _STILL = 1e-3  # [m] way below which a part of a step counts as turning on the spot
 _ABEAM = 0.02  # [m] the goal may be ahead of a base that turns on the spot

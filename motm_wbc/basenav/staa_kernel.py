@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import is_clear
 from motm_wbc.basenav.goal_field import cost_to_go
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
 from motm_wbc.basenav.staa_follow import DURATION
@@ -63,6 +62,7 @@ from motm_wbc.basenav.staa_search import (
     push,
 )
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 _NO_PARENT = -1

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry.base_motion import BaseLimits
+from motm_wbc.geometry.jit import kernel
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline
 from motm_wbc.basenav.goal_field import GoalField
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.proximity import ProximityGrid
 from motm_wbc.basenav.staa_motion import Drive
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 Indices = NDArray[np.int64]
 

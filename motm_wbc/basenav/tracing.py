@@ -9,10 +9,10 @@ import numpy as np
 from motm_wbc.basenav.field_solver import GoalRoutes
 from motm_wbc.basenav.goal_field import GoalField, enter, first_move
 from motm_wbc.basenav.graph import TangentGraph, chain_turn
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.search import first_from
 from motm_wbc.basenav.walls import X, Y
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 
 @kernel

@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 
-from motm_wbc.geometry.jit import kernel
 from motm_wbc.basenav.walls import (
     AFTER_X,
     AFTER_Y,
@@ -30,6 +29,7 @@ from motm_wbc.basenav.walls import (
     Y,
 )
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
 LEFT, RIGHT, NEITHER = 0, 1, -1
 

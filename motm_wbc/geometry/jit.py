@@ -49,10 +49,33 @@ def kernel(function: Function) -> Function:
     so that equal inputs give equal outputs to the bit. The setting of numba's cache folder
     is put back after use: kernels of other packages are left alone.
     """
+    return _compiled(function, False)
+
+
+def inlined(function: Function) -> Function:
+    """A kernel whose code goes into each of its callers.
+
+    For small ones that are called often: handing over a tuple of arrays takes longer than
+    their arithmetic.
+    """
+    return _compiled(function, True)
+
+
+def strict(*arguments: Any) -> Callable[[Function], Function]:
+    """A kernel for arguments of these numba types only: anything else is a TypeError.
+
+    The others compile anew for each new type of argument. For what comes from outside that
+    would be a stop of a second in a control loop, because somebody gave integers.
+    """
+    return lambda function: _compiled(function, False, [arguments])
+
+
+def _compiled(function: Function, inline: bool, signatures: Any = None) -> Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(_folder(function.__module__))
     try:
-        compiled: Function = numba.njit(cache=True, error_model="numpy")(function)
+        decorate = numba.njit(signatures, cache=True, error_model="numpy", forceinline=inline)
+        compiled: Function = decorate(function)
     finally:
         numba.config.CACHE_DIR = before
     return compiled

@@ -277,9 +277,7 @@ class ArmLead:
         R_target = top_down(yaw_of(R_now) if order.yaw is None else order.yaw)
         angular = self._reference.turning(R_target, R_now)
         weights = np.array([_FIXED] * 5 + [_FREE if free else _FIXED])
-        return ToolTask(
-            np.concatenate((linear, angular)), weights=weights, R_world_task=R_target
-        )
+        return ToolTask(np.concatenate((linear, angular)), weights=weights, R_world_task=R_target)
 
     def _error(self, order: ToolOrder, now: Moment) -> float:
         """Distance from the grip, or from the held object, to where it shall be [m]."""

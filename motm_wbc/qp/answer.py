@@ -80,7 +80,7 @@ def read_answer(
 def _report_rows(step: StepArrays, command: Array, report: IntArray) -> None:
     """Write the closest pair, then for each row whether it is active, and its pair."""
     rows = step.rows
-    report[0], report[1] = rows.closest[0], rows.closest[1]
+    report[0], report[1] = step.selection.closest[0], step.selection.closest[1]
     for slot in range(len(rows.bound)):
         room = rows.bound[slot]
         for c in range(rows.A.shape[1]):

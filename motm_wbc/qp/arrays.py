@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.geometry.views import prototype, reader
 from motm_wbc.kinematics.chain import Chain
 from motm_wbc.qp.limits import BaseArrays, JointArrays
@@ -16,6 +16,7 @@ from motm_wbc.qp.nearby import NearArrays, PairArrays
 from motm_wbc.qp.objective import PostureArrays, ToolArrays
 from motm_wbc.qp.rows import RowArrays
 from motm_wbc.qp.segments import SegmentArrays
+from motm_wbc.qp.selection import SelectionArrays
 from motm_wbc.qp.shapes import SceneArrays
 
 Codes = npt.NDArray[np.int8]
@@ -115,6 +116,7 @@ class StepArrays(NamedTuple):
     scene: SceneArrays
     pairs: PairArrays
     near: NearArrays
+    selection: SelectionArrays
     rows: RowArrays
     tools: ToolArrays
     posture: PostureArrays
@@ -130,8 +132,9 @@ PROTOTYPE = StepArrays(
     segments=prototype(SegmentArrays, "i1 f3 f1 f1 f2 b1 b1"),
     scene=prototype(SceneArrays, "i1 f2 f2 f1 f2 f2 f2 f2 f2"),
     pairs=prototype(PairArrays, "f2 f2 f2 f1 i2 f1"),
-    near=prototype(NearArrays, "f3 i1 i2 f2"),
-    rows=prototype(RowArrays, "f2 f1 i2 i2 f1 f1 i1 i1 i1 b1 f1 i1"),
+    near=prototype(NearArrays, "f3 f2 f2 i1 i2 f2 b1"),
+    selection=prototype(SelectionArrays, "f1 i1 i1 i1 f1 i1"),
+    rows=prototype(RowArrays, "f2 f1 i2 i2 b1"),
     tools=prototype(ToolArrays, "i1 f3 f2 f2 f2 f3 f1 f1 f2 f3 f1 f3 f3 f2 f2"),
     posture=prototype(PostureArrays, "f1 f1 f1 f1"),
     joints=prototype(JointArrays, "f1 f1 f1 f1 f1"),
@@ -143,7 +146,7 @@ read_arrays = reader(PROTOTYPE)
 """For kernels: the arrays of a table."""
 
 
-@kernel
+@inlined
 def named_weights(w: Array) -> Weights:
     """The weights by name."""
     return Weights(

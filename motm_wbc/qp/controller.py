@@ -24,6 +24,7 @@ from motm_wbc.qp.parameters import WholeBodyParameters
 from motm_wbc.qp.problem import QpProblem
 from motm_wbc.qp.result import WholeBodyResult
 from motm_wbc.qp.rows import RowArrays, empty_rows
+from motm_wbc.qp.selection import empty_selection
 from motm_wbc.qp.solvers import make_solver
 from motm_wbc.qp.step import NOT_FINITE, PASSES_ACCELERATION, write_problem
 from motm_wbc.qp.tasks import BaseTask, FreeBase, HeldObject, LinearTask, PostureTask, ToolTask
@@ -77,7 +78,7 @@ class WholeBodyController:
         self._led = _Mode(self, True, 1 + model.n_arm)
         self._free = _Mode(self, False, model.n_base + model.n_arm)
         self._last = self._led
-        self._step = self._bundled(self._empty_rows())
+        self._step = self._bundled()
 
     @property
     def problem(self) -> QpProblem:
@@ -157,7 +158,7 @@ class WholeBodyController:
             rung,
             scale,
             command[n_inputs:],
-            float(self._step.rows.clearance[0]),
+            float(self._step.selection.clearance[0]),
             answer.solve_time,
             time.perf_counter() - start,
             answer.solver_fallback,
@@ -202,16 +203,13 @@ class WholeBodyController:
         """Put together what the compiled step works on, if any of it was replaced."""
         near, inputs, now = self._neighbourhood, self._inputs, self._step
         if now.pairs is not near.pairs:  # pairs have other numbers: the rows start anew
-            self._step = self._bundled(self._empty_rows())
+            self._step = self._bundled()
         elif now.tools is not inputs.tools or now.state is not inputs.state:
             self._step = self._bundled(now.rows)
 
-    def _empty_rows(self) -> RowArrays:
-        self._pair_names = self._neighbourhood.names()
-        return empty_rows(self._neighbourhood, len(self._names), self.parameters.collision_rows)
-
-    def _bundled(self, rows: RowArrays) -> StepArrays:
-        near, inputs = self._neighbourhood, self._inputs
+    def _bundled(self, rows: RowArrays | None = None) -> StepArrays:
+        near, inputs, count = self._neighbourhood, self._inputs, self.parameters.collision_rows
+        self._pair_names = near.names()
         step = StepArrays(
             self._led.weights,
             self._led.arrays,
@@ -220,7 +218,8 @@ class WholeBodyController:
             near.shapes.arrays,
             near.pairs,
             near.near,
-            rows,
+            empty_selection(near.pairs, near.near, count),
+            rows or empty_rows(near.pairs, len(self._names), count),
             inputs.tools,
             inputs.posture,
             self._joints.arrays,

@@ -8,8 +8,8 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.qp.problem import QpProblem
 
-_TOLERANCES = 1e-10, 1e-6  # violations, in rows of unit length in the metric of the cost
-_INFEASIBLE = -1
+_EXACT, _LOOSER = 1e-10, 1e-6  # violations, in rows of unit length in the metric of the cost
+_FINAL = 1, 2, -1  # solved, solved with soft limits passed, infeasible
 _SOFT = 8  # daqp's mark of a limit that may be passed
 _SOFTNESS = 1e-6  # small beside the unit metric of x, so the limits are passed least
 
@@ -23,7 +23,10 @@ class DaqpSolver:
 
     def solve(self, problem: QpProblem) -> Array | None:
         """The optimum (n,), or None where there is none. Never raises."""
-        return solve_exactly(problem.H, problem.f, problem.A, problem.lower, problem.upper)
+        try:
+            return _solve(problem.H, problem.f, problem.A, problem.lower, problem.upper)
+        except Exception:  # whatever it is, the caller has to go on without this answer
+            return None
 
 
 def solve_exactly(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array | None:
@@ -36,16 +39,18 @@ def solve_exactly(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> A
         lower: (n + k,) of the box, then of the rows.
         upper: (n + k,).
     """
-    for tolerance in _TOLERANCES:  # the looser one if the exact one ends in a cycle
-        try:
-            x, _, flag, _ = daqp.solve(H, f, A, upper, lower, primal_tol=tolerance)
-        except Exception:  # whatever it is, the caller has to go on without this answer
-            return None
-        if flag > 0:
-            return x if np.isfinite(x).all() else None
-        if flag == _INFEASIBLE:
-            return None
-    return None
+    try:
+        x = _solve(H, f, A, lower, upper)
+    except Exception:  # whatever it is, the caller has to go on without this answer
+        return None
+    return x if x is not None and np.isfinite(x).all() else None
+
+
+def _solve(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array | None:
+    x, _, flag, _ = daqp.solve(H, f, A, upper, lower, primal_tol=_EXACT)
+    if flag not in _FINAL:  # the exact tolerance ends in a cycle, now and then
+        x, _, flag, _ = daqp.solve(H, f, A, upper, lower, primal_tol=_LOOSER)
+    return x if flag > 0 else None
 
 
 def contradiction(A: Array, lower: Array, upper: Array) -> Array | None:

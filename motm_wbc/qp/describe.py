@@ -15,7 +15,7 @@ from motm_wbc.qp.dampers import approach_speed
 from motm_wbc.qp.nearby import PairNames
 from motm_wbc.qp.parameters import WholeBodyParameters
 from motm_wbc.qp.problem import Limit, QpProblem
-from motm_wbc.qp.rows import NO_PAIR
+from motm_wbc.qp.selection import NO_PAIR
 
 _WORDS = {
     Limit.SPEED: "velocity",

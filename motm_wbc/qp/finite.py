@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.qp.arrays import StepArrays
 from motm_wbc.qp.objective import PostureArrays, ToolArrays
 
 # A sum with a number that is not finite in it is not finite, or not a number.
 
 
-@kernel
+@inlined
 def all_finite(led: bool, step: StepArrays) -> bool:
     """Whether state and tasks of a step are numbers; preferred bounds may be infinite."""
     state = step.state
@@ -22,7 +22,7 @@ def all_finite(led: bool, step: StepArrays) -> bool:
     return math.isfinite(total) and _finite_tools(step.tools) and _finite_posture(step.posture)
 
 
-@kernel
+@inlined
 def _finite_tools(tools: ToolArrays) -> bool:
     total = tools.gain.sum() + tools.position_error.sum() + tools.axes.sum()
     total += tools.twist.sum() + tools.acceleration.sum() + tools.weights.sum()
@@ -32,7 +32,7 @@ def _finite_tools(tools: ToolArrays) -> bool:
     return math.isfinite(total)
 
 
-@kernel
+@inlined
 def _finite_posture(posture: PostureArrays) -> bool:
     for k in range(len(posture.target)):
         if math.isnan(posture.lower[k]) or math.isnan(posture.upper[k]):

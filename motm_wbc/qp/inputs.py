@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numba import types
 
 from motm_wbc.errors import UnknownName
-from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.arrays import Array, IntArray
+from motm_wbc.geometry.jit import strict
+from motm_wbc.geometry.views import AddressTable, reader
 from motm_wbc.kinematics import RobotModel
-from motm_wbc.qp.arrays import StateArrays
+from motm_wbc.qp.arrays import PROTOTYPE, StateArrays
 from motm_wbc.qp.check import State, Tasks
 from motm_wbc.qp.describe import input_names
 from motm_wbc.qp.objective import PostureArrays, ToolArrays
-from motm_wbc.qp.tasks import BaseTask, FreeBase, LinearTask, PostureTask, ToolTask
+from motm_wbc.qp.tasks import (
+    BaseTask,
+    FreeBase,
+    LinearTask,
+    NavigatedBase,
+    PostureTask,
+    ToolTask,
+)
 
 _NOT_GIVEN = -1.0
+_NO_TARGET = np.zeros((4, 4))
+Task = TypeVar("Task", bound=ToolTask | PostureTask | NavigatedBase | FreeBase)
 
 
 class InputArrays:
@@ -36,8 +50,9 @@ class InputArrays:
         self._frames: tuple[str | None, ...] = ()
         self._locked: tuple[str, ...] = ()
         self._width: float | None = -1.0
-        self._posture: PostureTask | None = None
+        self._has_posture = False
         n_base, n_arm = model.n_base, model.n_arm
+        self._no_lower, self._no_upper = np.full(n_arm, -np.inf), np.full(n_arm, np.inf)
         count, frames = n_base + n_arm, len(model.chain.parent)
         self.posture = PostureArrays(
             np.zeros(n_arm), np.zeros(n_arm), np.full(n_arm, -np.inf), np.full(n_arm, np.inf)
@@ -63,10 +78,7 @@ class InputArrays:
             H=np.zeros((count, count)),
             f=np.zeros(count),
         )
-        # views, so that each step only copies
-        self._base_pose, self._q = self.state.positions[:3], self.state.positions[3 : 3 + n_arm]
-        self._fingers = self.state.positions[3 + n_arm :]
-        self._last_base, self._last_arm = self.state.previous[:n_base], self.state.previous[n_base:]
+        self._name_arrays()
 
     def take(
         self, state: State, tasks: Tasks, locked: Sequence[str], gripper_width: float | None
@@ -76,64 +88,71 @@ class InputArrays:
         Where something needs other room, `state` and `tools` are other arrays afterwards.
 
         Raises:
-            ValueError: something has a wrong shape.
-            UnknownName: there is no such link or input.
+            Exception: of many kinds, if something has a wrong shape or type.
         """
-        base_pose, q, previous = state
         base, tools, posture, extra = tasks
-        _copy(self._base_pose, base_pose)
-        _copy(self._q, q)
-        last_base, last_arm = previous
-        _copy(self._last_base, last_base)
-        _copy(self._last_arm, last_arm)
         if gripper_width != self._width:
             self._take_width(gripper_width)
-        self._take_base(base)
-        self._take_tools(tools)
-        self._take_posture(posture)
+        frames = tuple([task.frame for task in tools])
+        if frames != self._frames:
+            self.tools, self._slots = self._empty_tools(frames)
+            self._frames = frames
+            self._name_arrays()
+        try:
+            self._take_arrays(state, base, tools, posture)
+        except TypeError:  # lists, integers and the like: legal, but not at full speed
+            self._take_arrays(*_as_floats(state, base, tools, posture))
         if locked or self._locked:
             self._take_locked(tuple(locked))
         if extra or len(self.state.linear_target):
             self._take_extra(extra)
 
-    def _take_width(self, width: float | None) -> None:
-        whole = self._model.description.gripper.max_width if width is None else float(width)
-        self._fingers[:] = self._model.finger_positions(whole)
-        self._width = width
+    def _name_arrays(self) -> None:
+        """Where the compiled copying writes to."""
+        self._table = _TABLE.write(_Room(self.state, self.tools, self.posture))
 
-    def _take_base(self, base: BaseTask) -> None:
-        state = self.state
-        if not isinstance(base, FreeBase):
-            _copy(state.reference, base.reference)
-            return
-        state.reference[:], state.input_weights[:] = 0.0, 0.0
-        if base.inputs is not None:
-            _copy(state.reference, base.inputs)
-            state.input_weights[:] = 1.0
-            if base.input_weights is not None:
-                _copy(state.input_weights, base.input_weights)
+    def _take_arrays(
+        self,
+        state: State,
+        base: BaseTask,
+        tools: Sequence[ToolTask],
+        posture: PostureTask | None,
+    ) -> None:
+        base_pose, q, (last_base, last_arm) = state
+        reference = self._preferred(base) if isinstance(base, FreeBase) else base.reference
+        fits = take_state(self._table, base_pose, q, last_base, last_arm, reference)
+        for slot, task in zip(self._slots, tools, strict=True):
+            target, error = task.T_world_target, task.position_error
+            fits &= take_tool(
+                self._table, slot, task.twist, task.acceleration, task.weights,
+                task.R_world_task, _NO_TARGET if target is None else target, target is not None,
+                task.gain, _NOT_GIVEN if error is None else error,
+            )  # fmt: skip
+        if posture is not None:
+            lower = self._no_lower if posture.lower is None else posture.lower
+            upper = self._no_upper if posture.upper is None else posture.upper
+            fits &= take_posture(self._table, posture.target, posture.weights, lower, upper)
+        elif self._has_posture:
+            self.posture.target[:], self.posture.weights[:] = 0.0, 0.0
+            self.posture.lower[:], self.posture.upper[:] = self._no_lower, self._no_upper
+        self._has_posture = posture is not None
+        if not fits:
+            raise ValueError("an array has a wrong shape")
+
+    def _preferred(self, base: FreeBase) -> Array:
+        """Take over what a free base prefers; returns its inputs."""
+        state, inputs = self.state, base.inputs
+        weights = 0.0 if inputs is None else 1.0
+        state.input_weights[:] = weights if base.input_weights is None else base.input_weights
         state.heading[:] = 0.0
         if base.heading is not None:
             state.heading[:] = base.heading_weight, base.heading_gain, base.heading
+        return np.zeros(len(state.reference)) if inputs is None else inputs
 
-    def _take_tools(self, tasks: Sequence[ToolTask]) -> None:
-        frames = tuple([task.frame for task in tasks])
-        if frames != self._frames:
-            self.tools, self._slots = self._empty_tools(frames)
-            self._frames = frames
-        tools = self.tools
-        for slot, task in zip(self._slots, tasks, strict=True):
-            _copy(tools.twist[slot], task.twist)
-            _copy(tools.acceleration[slot], task.acceleration)
-            _copy(tools.weights[slot], task.weights)
-            _copy(tools.axes[slot], task.R_world_task)
-            target = task.T_world_target
-            tools.has_target[slot] = target is not None
-            if target is not None:
-                _copy(tools.target[slot], target)
-            tools.gain[slot] = task.gain
-            error = task.position_error
-            tools.position_error[slot] = _NOT_GIVEN if error is None else error
+    def _take_width(self, width: float | None) -> None:
+        whole = self._model.description.gripper.max_width if width is None else float(width)
+        self.state.positions[3 + self._model.n_arm :] = self._model.finger_positions(whole)
+        self._width = width
 
     def _empty_tools(self, frames: tuple[str | None, ...]) -> tuple[ToolArrays, list[int]]:
         """Room for tasks of these frames, and the tool that each task is for.
@@ -170,25 +189,6 @@ class InputArrays:
         )
         return arrays, slots
 
-    def _take_posture(self, task: PostureTask | None) -> None:
-        posture = self.posture
-        if task is None:
-            if self._posture is not None:
-                posture.target[:], posture.weights[:] = 0.0, 0.0
-                posture.lower[:], posture.upper[:] = -np.inf, np.inf
-        else:
-            _copy(posture.target, task.target)
-            _copy(posture.weights, task.weights)
-            for room, bound, none in (
-                (posture.lower, task.lower, -np.inf),
-                (posture.upper, task.upper, np.inf),
-            ):
-                if bound is None:
-                    room[:] = none
-                else:
-                    _copy(room, bound)
-        self._posture = task
-
     def _take_locked(self, locked: tuple[str, ...]) -> None:
         for name in locked:
             if name not in self._names:
@@ -206,15 +206,118 @@ class InputArrays:
         self.state = self.state._replace(
             linear_J=np.ascontiguousarray(J), linear_target=target, linear_weights=weights
         )
+        self._name_arrays()
 
 
-def _copy(room: Array, values: Array) -> None:
-    """Write values into `room`; they must have its shape."""
-    try:
-        shape = values.shape
-    except AttributeError:
-        values = np.asarray(values)
-        shape = values.shape
-    if shape != room.shape:
-        raise ValueError
-    room[...] = values
+class _Room(NamedTuple):
+    """What the compiled copying writes to."""
+
+    state: StateArrays
+    tools: ToolArrays
+    posture: PostureArrays
+
+
+_ROOM = _Room(PROTOTYPE.state, PROTOTYPE.tools, PROTOTYPE.posture)
+_TABLE = AddressTable(_ROOM)
+_read = reader(_ROOM)
+_table = types.Array(types.int64, 1, "C")
+# of any strides, and read-only ones, too
+_vector = types.Array(types.float64, 1, "A", readonly=True)
+_matrix = types.Array(types.float64, 2, "A", readonly=True)
+
+
+@strict(_table, _vector, _vector, _vector, _vector, _vector)
+def take_state(
+    table: IntArray, base_pose: Array, q: Array, last_base: Array, last_arm: Array, reference: Array
+) -> bool:
+    """Copy the state; whether all shapes fit."""
+    state = _read(table).state
+    n_base, n_arm = len(state.reference), len(state.gradient)
+    if len(base_pose) != 3 or len(q) != n_arm or len(last_arm) != n_arm:
+        return False
+    if len(last_base) != n_base or len(reference) != n_base:
+        return False
+    for i in range(3):
+        state.positions[i] = base_pose[i]
+    for i in range(n_arm):
+        state.positions[3 + i], state.previous[n_base + i] = q[i], last_arm[i]
+    for i in range(n_base):
+        state.previous[i], state.reference[i] = last_base[i], reference[i]
+    return True
+
+
+@strict(
+    _table, types.int64, _vector, _vector, _vector, _matrix, _matrix, types.boolean,
+    types.float64, types.float64,
+)  # fmt: skip
+def take_tool(
+    table: IntArray,
+    slot: int,
+    twist: Array,
+    acceleration: Array,
+    weights: Array,
+    axes: Array,
+    target: Array,
+    has_target: bool,
+    gain: float,
+    error: float,
+) -> bool:
+    """Copy a tool task; whether all shapes fit."""
+    tools = _read(table).tools
+    if len(twist) != 6 or len(acceleration) != 6 or len(weights) != 6:
+        return False
+    if axes.shape != (3, 3) or target.shape != (4, 4):
+        return False
+    for i in range(6):
+        tools.twist[slot, i], tools.weights[slot, i] = twist[i], weights[i]
+        tools.acceleration[slot, i] = acceleration[i]
+    for i in range(3):
+        for j in range(3):
+            tools.axes[slot, i, j] = axes[i, j]
+    for i in range(4):
+        for j in range(4):
+            tools.target[slot, i, j] = target[i, j]
+    tools.has_target[slot] = 1.0 if has_target else 0.0
+    tools.gain[slot], tools.position_error[slot] = gain, error
+    return True
+
+
+@strict(_table, _vector, _vector, _vector, _vector)
+def take_posture(
+    table: IntArray, target: Array, weights: Array, lower: Array, upper: Array
+) -> bool:
+    """Copy a posture task; whether all shapes fit."""
+    posture = _read(table).posture
+    n = len(posture.target)
+    if len(target) != n or len(weights) != n or len(lower) != n or len(upper) != n:
+        return False
+    for i in range(n):
+        posture.target[i], posture.weights[i] = target[i], weights[i]
+        posture.lower[i], posture.upper[i] = lower[i], upper[i]
+    return True
+
+
+def _as_floats(
+    state: State, base: BaseTask, tools: Sequence[ToolTask], posture: PostureTask | None
+) -> tuple[State, BaseTask, Sequence[ToolTask], PostureTask | None]:
+    """The same with all arrays as arrays of floats."""
+    base_pose, q, (last_base, last_arm) = state
+    return (
+        (_floats(base_pose), _floats(q), (_floats(last_base), _floats(last_arm))),
+        _with_floats(base),
+        [_with_floats(task) for task in tools],
+        None if posture is None else _with_floats(posture),
+    )
+
+
+def _floats(values: Any) -> Array:
+    return np.array(values, dtype=float)
+
+
+def _with_floats(task: Task) -> Task:
+    """A task whose arrays and numbers are floats."""
+    values: dict[str, Any] = {field.name: getattr(task, field.name) for field in fields(task)}
+    for name, value in values.items():
+        if value is not None and not isinstance(value, str):
+            values[name] = _floats(value) if np.ndim(value) else float(value)
+    return replace(task, **values)

@@ -27,7 +27,7 @@ from motm_wbc.qp.solvers import QpSolver
 _COUNTED = "osqp", "daqp"  # solvers that end after so many iterations in any case
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Answer:
     """What the ladder came to.
 

@@ -10,7 +10,7 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 from motm_wbc.geometry.braking import stopping_speed
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.kinematics.model import RobotModel
 
 _ROUNDING = 1e-9
@@ -72,7 +72,7 @@ class JointBox:
     passed: Array
 
 
-@kernel
+@inlined
 def joint_box(
     limits: JointArrays,
     dt: float,
@@ -108,7 +108,7 @@ def joint_box(
         passed[i] = max(slowest - high, low - fastest, 0.0)
 
 
-@kernel
+@inlined
 def scale_interval(limits: BaseArrays, reference: Array, previous: Array) -> tuple[float, float]:
     """Factors s in [0, 1] for which s * reference keeps all limits, (least, most).
 
@@ -134,7 +134,7 @@ def scale_interval(limits: BaseArrays, reference: Array, previous: Array) -> tup
     return least, most
 
 
-@kernel
+@inlined
 def brake_on_arc(limits: BaseArrays, previous: Array, out: Array) -> None:
     """The last command, shrunk as one: the base brakes on the arc that it is on.
 
@@ -157,7 +157,7 @@ def brake_on_arc(limits: BaseArrays, previous: Array, out: Array) -> None:
         out[i] = previous[i] * factor
 
 
-@kernel
+@inlined
 def base_box(limits: BaseArrays, previous: Array, lower: Array, upper: Array) -> None:
     """Bounds (n_base,) of free base inputs, written; speed goes before acceleration."""
     for i in range(len(previous)):

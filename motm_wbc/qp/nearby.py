@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.geometry.arrays import Array, IntArray
+from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
 from motm_wbc.geometry.distance import segment_cylinder, segment_prism, segment_segment
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.kinematics import RobotModel
 from motm_wbc.qp.bodies import Body
 from motm_wbc.qp.dampers import Dampers, scene_dampers, self_pairs
@@ -43,107 +43,131 @@ class PairArrays(NamedTuple):
 
 
 class NearArrays(NamedTuple):
-    """Near pairs; room for all that there can be.
+    """Pairs that may be near, c of them at most: room for all that there can be.
 
     Attributes:
         ends: (k, 2, 3) ends of the robot's segments in the world [m].
+        box_low: (k, 3) least corner of the axis-aligned box about each segment [m].
+        box_high: (k, 3) its largest corner [m].
         solids: (s,) numbers of the solids that any segment could be near to.
         pair: (c, 2) segment, and solid or, counted on behind these, other segment.
         contact: (c, 7) signed distance of the surfaces [m], point on the segment's core
-            [m], unit vector from the segment to the other body.
+            [m], unit vector from the segment to the other body. Before the pair is measured
+            the distance is a rough one, never too large, and the rest is not there.
+        measured: (c,) the pair is measured.
     """
 
     ends: Array
+    box_low: Array
+    box_high: Array
     solids: IntArray
     pair: IntArray
     contact: Array
+    measured: BoolArray
 
 
-@kernel
-def find_near(
+@inlined
+def rough_pairs(
     segments: SegmentArrays, scene: SceneArrays, pairs: PairArrays, near: NearArrays
 ) -> int:
-    """Write the pairs within the reach of their dampers to `near`; returns their number.
+    """Write the pairs that may be within the reach of their dampers; returns their number.
 
-    Boxes about the solids give rough distances, never too large, that spare the exact ones.
+    Distances of the boxes about segments and solids are never too large and quick to have.
     """
-    count = 0
-    parts = len(scene.radius)
-    n_near = _solids_near_robot(segments, scene, pairs, near)
+    _box_segments(segments, near)
+    count, parts = 0, len(scene.radius)
+    n_solids = _solids_near_robot(scene, pairs, near)
     for k in range(len(segments.joint)):
-        a, b = near.ends[k, 0], near.ends[k, 1]
-        x, y, z = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
-        for index in range(n_near):
+        low, high = near.box_low[k], near.box_high[k]
+        for index in range(n_solids):
             j = near.solids[index]
-            margin = pairs.reach[k, j] + segments.ball[k]
-            low, high = scene.box_low[j], scene.box_high[j]
-            dx = max(low[0] - x, x - high[0], 0.0)
-            dy = max(low[1] - y, y - high[1], 0.0)
-            dz = max(low[2] - z, z - high[2], 0.0)
-            if margin < 0.0 or dx * dx + dy * dy + dz * dz >= margin * margin:
+            reach = pairs.reach[k, j]
+            if reach == -math.inf:
                 continue
-            contact = near.contact[count]
-            first, last = scene.first_edge[j], scene.first_edge[j + 1]
-            bottom, top = scene.faces[j, 0], scene.faces[j, 1]
-            if first == last:
-                centre = scene.poses[j]
-                segment_cylinder(a, b, centre[0], centre[1], scene.radius[j], bottom, top, contact)
-            else:
-                segment_prism(a, b, scene.edges[first:last], bottom, top, contact)
-            contact[0] -= segments.radius[k]
-            if contact[0] < pairs.reach[k, j]:
+            gap = _gap(low, high, scene.box_low[j], scene.box_high[j])
+            if gap < reach:
                 near.pair[count, 0], near.pair[count, 1] = k, j
+                near.contact[count, 0], near.measured[count] = gap, False
                 count += 1
     for p in range(len(pairs.own)):
         i, j = pairs.own[p, 0], pairs.own[p, 1]
-        if _balls_apart(segments, near, i, j) >= pairs.own_reach[0]:
-            continue
-        contact = near.contact[count]
-        segment_segment(near.ends[i, 0], near.ends[i, 1], near.ends[j, 0], near.ends[j, 1], contact)
-        contact[0] -= segments.radius[i] + segments.radius[j]
-        if contact[0] < pairs.own_reach[0]:
+        gap = _gap(near.box_low[i], near.box_high[i], near.box_low[j], near.box_high[j])
+        if gap < pairs.own_reach[0]:
             near.pair[count, 0], near.pair[count, 1] = i, parts + j
+            near.contact[count, 0], near.measured[count] = gap, False
             count += 1
     return count
 
 
-@kernel
-def _solids_near_robot(
-    segments: SegmentArrays, scene: SceneArrays, pairs: PairArrays, near: NearArrays
-) -> int:
-    """Write the solids whose boxes come near the box about the whole robot; their number."""
-    low0, low1, low2 = math.inf, math.inf, math.inf
-    high0, high1, high2 = -math.inf, -math.inf, -math.inf
+@inlined
+def measure(segments: SegmentArrays, scene: SceneArrays, near: NearArrays, c: int) -> None:
+    """Write distance, point and normal of pair `c`."""
+    k, j, parts = near.pair[c, 0], near.pair[c, 1], len(scene.radius)
+    a, b, contact = near.ends[k, 0], near.ends[k, 1], near.contact[c]
+    near.measured[c] = True
+    if j >= parts:
+        other = j - parts
+        segment_segment(a, b, near.ends[other, 0], near.ends[other, 1], contact)
+        contact[0] -= segments.radius[k] + segments.radius[other]
+        return
+    first, last = scene.first_edge[j], scene.first_edge[j + 1]
+    bottom, top = scene.faces[j, 0], scene.faces[j, 1]
+    if first == last:
+        x, y = scene.poses[j, 0], scene.poses[j, 1]
+        segment_cylinder(a, b, x, y, scene.radius[j], bottom, top, contact)
+    else:
+        segment_prism(a, b, scene.edges[first:last], bottom, top, contact)
+    contact[0] -= segments.radius[k]
+
+
+@inlined
+def _box_segments(segments: SegmentArrays, near: NearArrays) -> None:
+    """Write the boxes about the segments, their radii included."""
     for k in range(len(segments.joint)):
         r = segments.radius[k]
-        for e in range(2):
-            end = near.ends[k, e]
-            low0, high0 = min(low0, end[0] - r), max(high0, end[0] + r)
-            low1, high1 = min(low1, end[1] - r), max(high1, end[1] + r)
-            low2, high2 = min(low2, end[2] - r), max(high2, end[2] + r)
+        for axis in range(3):
+            p, q = near.ends[k, 0, axis], near.ends[k, 1, axis]
+            near.box_low[k, axis], near.box_high[k, axis] = min(p, q) - r, max(p, q) + r
+
+
+@inlined
+def _gap(low: Array, high: Array, other_low: Array, other_high: Array) -> float:
+    """A distance that no two solids in these boxes fall short of [m].
+
+    Where the boxes overlap it is negative: a way along one axis parts them, and what is in
+    them, so no solid is deeper in the other than that.
+    """
+    x = max(other_low[0] - high[0], low[0] - other_high[0])
+    y = max(other_low[1] - high[1], low[1] - other_high[1])
+    z = max(other_low[2] - high[2], low[2] - other_high[2])
+    apart = float(max(x, y, z))
+    if apart <= 0.0:
+        return apart
+    x, y, z = max(x, 0.0), max(y, 0.0), max(z, 0.0)
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@inlined
+def _solids_near_robot(scene: SceneArrays, pairs: PairArrays, near: NearArrays) -> int:
+    """Write the solids whose boxes come near the box about the whole robot; their number."""
+    x0, y0, z0 = near.box_low[0, 0], near.box_low[0, 1], near.box_low[0, 2]
+    x1, y1, z1 = near.box_high[0, 0], near.box_high[0, 1], near.box_high[0, 2]
+    for k in range(1, len(near.box_low)):
+        low, high = near.box_low[k], near.box_high[k]
+        x0, y0, z0 = min(x0, low[0]), min(y0, low[1]), min(z0, low[2])
+        x1, y1, z1 = max(x1, high[0]), max(y1, high[1]), max(z1, high[2])
     count = 0
     for j in range(len(scene.radius)):
-        low, high, reach = scene.box_low[j], scene.box_high[j], pairs.widest[j]
-        gap = max(low[0] - high0, low0 - high[0], low[1] - high1, low1 - high[1])
-        if max(gap, low[2] - high2, low2 - high[2]) < reach:
+        low, high = scene.box_low[j], scene.box_high[j]
+        gap = max(low[0] - x1, x0 - high[0], low[1] - y1, y0 - high[1], low[2] - z1, z0 - high[2])
+        if gap < pairs.widest[j]:
             near.solids[count] = j
             count += 1
     return count
 
 
-@kernel
-def _balls_apart(segments: SegmentArrays, near: NearArrays, i: int, j: int) -> float:
-    """Distance of the balls about two segments [m]."""
-    squared = 0.0
-    for axis in range(3):
-        gap = near.ends[i, 0, axis] + near.ends[i, 1, axis]
-        gap -= near.ends[j, 0, axis] + near.ends[j, 1, axis]
-        squared += 0.25 * gap * gap
-    return math.sqrt(squared) - float(segments.ball[i] + segments.ball[j])
-
-
 class Neighbourhood:
-    """Robot, held object, scene and the robot's own base, as arrays for `find_near`.
+    """Robot, held object, scene and the robot's own base, as arrays for `rough_pairs`.
 
     Attributes:
         segments: the robot's, with what is held.
@@ -212,12 +236,15 @@ class Neighbourhood:
             own=pairs,
             own_reach=own.reach,
         )
-        room = count * parts + len(pairs) + 1  # the last is for a pair that proves too far
+        room = count * parts + len(pairs)
         self.near = NearArrays(
             ends=np.zeros((count, 2, 3)),
+            box_low=np.zeros((count, 3)),
+            box_high=np.zeros((count, 3)),
             solids=np.zeros(parts, dtype=np.int64),
             pair=np.zeros((room, 2), dtype=np.int64),
             contact=np.zeros((room, 7)),
+            measured=np.zeros(room, dtype=np.bool_),
         )
 
 

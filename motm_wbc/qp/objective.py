@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from motm_wbc.geometry.arrays import Array, IntArray
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.kinematics.chain import bias_acceleration
 from motm_wbc.kinematics.rotations import rotation_error
 
@@ -68,7 +68,7 @@ class PostureArrays(NamedTuple):
     upper: Array
 
 
-@kernel
+@inlined
 def place_tool(
     tools: ToolArrays, k: int, rotations: Array, translations: Array, J_world: Array
 ) -> None:
@@ -90,7 +90,7 @@ def place_tool(
         J[3, c], J[4, c], J[5, c] = a, b, d
 
 
-@kernel
+@inlined
 def want_twist(
     tools: ToolArrays,
     k: int,
@@ -140,13 +140,13 @@ def want_twist(
     )
 
 
-@kernel
+@inlined
 def _shortened(length: float, largest: float) -> float:
     """Factor that makes a length no larger than `largest`."""
     return largest / length if length > largest else 1.0
 
 
-@kernel
+@inlined
 def position_error(tools: ToolArrays, servo_gain: float) -> float:
     """Distance that is left to the first tool's goal [m], 1-norm."""
     given = float(tools.position_error[0])
@@ -159,7 +159,7 @@ def position_error(tools: ToolArrays, servo_gain: float) -> float:
     return float(abs(twist[0]) + abs(twist[1]) + abs(twist[2])) / servo_gain
 
 
-@kernel
+@inlined
 def add_tool(H: Array, f: Array, tools: ToolArrays, k: int, linear: float, angular: float) -> None:
     """Add tool task `k`, its axes weighed in the task's own frame."""
     R, J, wanted, scaled = tools.axes[k], tools.J[k], tools.wanted[k], tools.scaled
@@ -184,7 +184,7 @@ def add_tool(H: Array, f: Array, tools: ToolArrays, k: int, linear: float, angul
                 H[c, r] += total
 
 
-@kernel
+@inlined
 def add_posture(
     H: Array,
     f: Array,
@@ -221,7 +221,7 @@ def add_posture(
             f[c] -= bound_weight * near * side * back
 
 
-@kernel
+@inlined
 def add_linear(H: Array, f: Array, J: Array, target: Array, weights: Array) -> None:
     """Add 1/2 w (target - J x)^2 for each row of J."""
     for i in range(len(target)):
@@ -232,7 +232,7 @@ def add_linear(H: Array, f: Array, J: Array, target: Array, weights: Array) -> N
                 H[r, c] += pull * J[i, c]
 
 
-@kernel
+@inlined
 def scale_base(
     H: Array, f: Array, A: Array, lead: Array, pull: float, H_led: Array, f_led: Array, A_led: Array
 ) -> None:

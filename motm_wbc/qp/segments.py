@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.kinematics import Part, RobotModel
 from motm_wbc.qp.held import box_segments
 from motm_wbc.qp.tasks import HeldObject
@@ -37,7 +37,7 @@ class SegmentArrays(NamedTuple):
     on_base: BoolArray
 
 
-@kernel
+@inlined
 def place_segments(
     segments: SegmentArrays, rotations: Array, translations: Array, ends: Array
 ) -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array, IntArray
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined
 from motm_wbc.geometry.prism import outline_edges, place_edges
 from motm_wbc.qp.bodies import Body
 
@@ -42,7 +42,7 @@ class SceneArrays(NamedTuple):
     box_high: Array
 
 
-@kernel
+@inlined
 def place_solids(scene: SceneArrays, begin: int, end: int) -> None:
     """Put the solids from `begin` to before `end` where `scene.poses` says."""
     for k in range(begin, end):

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 
 from motm_wbc.geometry.arrays import IntArray
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 from motm_wbc.kinematics.chain import forward, input_jacobian
 from motm_wbc.kinematics.manipulability import manipulability_gradient
 from motm_wbc.qp.arrays import ProblemArrays, StepArrays, Weights, named_weights, read_arrays
 from motm_wbc.qp.finite import all_finite
 from motm_wbc.qp.limits import base_box, brake_on_arc, joint_box, scale_interval
-from motm_wbc.qp.nearby import find_near
+from motm_wbc.qp.nearby import rough_pairs
 from motm_wbc.qp.objective import (
     add_linear,
     add_posture,
@@ -25,9 +25,10 @@ from motm_wbc.qp.objective import (
     scale_base,
     want_twist,
 )
-from motm_wbc.qp.problem import NO_BOUND, Limit
+from motm_wbc.qp.problem import Limit
 from motm_wbc.qp.rows import write_rows
 from motm_wbc.qp.segments import place_segments
+from motm_wbc.qp.selection import choose_pairs
 from motm_wbc.qp.shapes import place_solids
 
 READY, BRAKES_ON_ARC, PASSES_ACCELERATION, NOT_FINITE = 0, 1, 2, 4
@@ -90,7 +91,7 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
     return verdict
 
 
-@kernel
+@inlined
 def _choose_lead(led: bool, step: StepArrays) -> int:
     """Write the base inputs that are scaled, or for free inputs those that count as asked for."""
     state = step.state
@@ -109,23 +110,27 @@ def _choose_lead(led: bool, step: StepArrays) -> int:
     return BRAKES_ON_ARC
 
 
-@kernel
+@inlined
 def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
     state = step.state
     for i in range(3):
         step.scene.poses[0, i] = state.positions[i]
     place_solids(step.scene, 0, 1)
     place_segments(step.segments, state.rotations, state.translations, step.near.ends)
-    count = find_near(step.segments, step.scene, step.pairs, step.near)
+    count = rough_pairs(step.segments, step.scene, step.pairs, step.near)
+    chosen = choose_pairs(
+        step.segments, step.scene, step.pairs, step.near, count, step.base.change[0] / weights.dt,
+        weights.retreat_speed, int(weights.held_rows), weights.dt, step.selection,
+    )  # fmt: skip
     # what is asked for, also where the base brakes instead: its brakes must do for that
     asked = state.reference if led else state.lead
     write_rows(
-        step.segments, step.scene, step.pairs, step.near, count, step.base, state.J_world, asked,
-        weights.retreat_speed, int(weights.held_rows), NO_BOUND, weights.dt, step.rows,
+        step.segments, step.scene, step.pairs, step.near, step.selection, chosen, step.base,
+        state.J_world, asked, weights.retreat_speed, weights.dt, step.rows,
     )  # fmt: skip
 
 
-@kernel
+@inlined
 def _write_cost(led: bool, weights: Weights, step: StepArrays) -> None:
     """Write H and f of all inputs."""
     state, tools = step.state, step.tools
@@ -159,7 +164,7 @@ def _write_cost(led: bool, weights: Weights, step: StepArrays) -> None:
     add_linear(H, f, state.linear_J, state.linear_target, state.linear_weights)
 
 
-@kernel
+@inlined
 def _add_free_base(weights: Weights, error: float, step: StepArrays) -> None:
     """Add what holds for free base inputs (Haviland et al., 2022, eqs. 17-24).
 
@@ -183,7 +188,7 @@ def _add_free_base(weights: Weights, error: float, step: StepArrays) -> None:
     f[turn] -= weight * gain * away
 
 
-@kernel
+@inlined
 def _write_box(
     led: bool, verdict: int, first: int, dt: float, step: StepArrays, problem: ProblemArrays
 ) -> None:
@@ -225,7 +230,7 @@ def _write_box(
         problem.hard_lower[i], problem.hard_upper[i] = problem.lower[i], problem.upper[i]
 
 
-@kernel
+@inlined
 def _lock(problem: ProblemArrays, k: int) -> None:
     """Make a variable stand still, or come to rest as its limits allow."""
     rest = min(max(0.0, problem.lower[k]), problem.upper[k])

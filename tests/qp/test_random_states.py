@@ -39,25 +39,25 @@ def test_twenty_thousand_random_states(solver):
 def test_the_margin_is_the_least_violation():
     problem = QpProblem.empty(2, 2)
     problem.box_lower[:], problem.box_upper[:] = -1.0, 1.0
-    assert margin(problem) == pytest.approx(-1.0)
+    assert margin(problem, problem.box_lower, problem.box_upper) == pytest.approx(-1.0)
     problem.A[0], problem.bound[0] = (2.0, 0.0), -2.0 + 1e-3
-    assert margin(problem) == pytest.approx(-0.25e-3)
+    assert margin(problem, problem.box_lower, problem.box_upper) == pytest.approx(-0.25e-3)
     problem.bound[0] = -2.0 - 1e-3
-    assert margin(problem) == pytest.approx(0.25e-3)
+    assert margin(problem, problem.box_lower, problem.box_upper) == pytest.approx(0.25e-3)
     problem.bound[0] = -2.0
-    assert abs(margin(problem)) < UNDECIDED
+    assert abs(margin(problem, problem.box_lower, problem.box_upper)) < UNDECIDED
 
 
 def test_a_variable_that_is_fixed_is_no_matter_of_doubt():
     problem = QpProblem.empty(2, 1)
     problem.box_lower[:], problem.box_upper[:] = (0.5, -1.0), (0.5, 1.0)
     problem.A[0], problem.bound[0] = (1.0, 0.0), 0.6
-    assert margin(problem) == pytest.approx(-0.1)
+    assert margin(problem, problem.box_lower, problem.box_upper) == pytest.approx(-0.1)
     problem.bound[0] = 0.4
-    assert margin(problem) == pytest.approx(0.1)
+    assert margin(problem, problem.box_lower, problem.box_upper) == pytest.approx(0.1)
 
 
 def test_crossed_bounds_are_infeasible():
     problem = QpProblem.empty(2, 1)
     problem.box_lower[:], problem.box_upper[:] = (0.5, -1.0), (0.4, 1.0)
-    assert margin(problem) == pytest.approx(0.05)
+    assert margin(problem, problem.box_lower, problem.box_upper) == pytest.approx(0.05)

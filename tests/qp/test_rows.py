@@ -7,10 +7,11 @@ from motm_wbc.kinematics.pairs import SolidRole
 from motm_wbc.qp import HeldObject, WholeBodyParameters, shapes_from_scene
 from motm_wbc.qp.held import box_segments
 from motm_wbc.qp.limits import BaseBounds
-from motm_wbc.qp.nearby import Neighbourhood, find_near
+from motm_wbc.qp.nearby import Neighbourhood, measure, rough_pairs
 from motm_wbc.qp.problem import NO_BOUND
 from motm_wbc.qp.rows import empty_rows, write_rows
 from motm_wbc.qp.segments import place_segments
+from motm_wbc.qp.selection import choose_pairs, empty_selection
 from motm_wbc.qp.shapes import place_solids
 from motm_wbc.scene.scenario import load_scenario
 
@@ -23,34 +24,53 @@ class Finder:
 
     def __init__(self, model, bodies, target=None, held=None, parameters=PARAMETERS):
         self.model, self.parameters = model, parameters
-        self.neighbourhood = Neighbourhood(model, parameters)
+        self.neighbourhood, self.pairs = Neighbourhood(model, parameters), None
         self.update(bodies, target, held)
         self.base = BaseBounds(model.base_limits, model.n_base, 1 / 120).arrays
-        inputs = model.n_base + model.n_arm
-        self.rows = empty_rows(self.neighbourhood, inputs, parameters.collision_rows)
+        self.count = parameters.collision_rows
 
     def update(self, bodies, target=None, held=None):
         self.neighbourhood.update(bodies, target, held)
         self.names = self.neighbourhood.names()
+        near, inputs = self.neighbourhood, self.model.n_base + self.model.n_arm
+        if self.pairs is not near.pairs:
+            self.pairs, count = near.pairs, self.parameters.collision_rows
+            self.rows = empty_rows(near.pairs, inputs, count)
+            self.selection = empty_selection(near.pairs, near.near, count)
 
-    def find(self, here):
-        """Pair -> contact of all near pairs."""
+    def place(self, here):
+        """Rough pairs; what all kernels begin with."""
         near, scene = self.neighbourhood.near, self.neighbourhood.shapes.arrays
         segments = self.neighbourhood.segments.arrays
         scene.poses[0] = here.base_pose
         place_solids(scene, 0, 1)
         place_segments(segments, here.rotations, here.translations, near.ends)
-        self.count = find_near(segments, scene, self.neighbourhood.pairs, near)
-        pairs, contacts = near.pair[: self.count].tolist(), near.contact[: self.count].copy()
-        return {tuple(pair): contact for pair, contact in zip(pairs, contacts, strict=True)}
+        return rough_pairs(segments, scene, self.pairs, near), segments, scene, near
+
+    def find(self, here):
+        """Pair -> contact of all pairs within reach."""
+        count, segments, scene, near = self.place(here)
+        found = {}
+        for c in range(count):
+            rough, pair = near.contact[c, 0], tuple(near.pair[c].tolist())
+            measure(segments, scene, near, c)
+            assert rough <= near.contact[c, 0] + 1e-12
+            own = pair[1] >= len(scene.radius)
+            if near.contact[c, 0] < (self.pairs.own_reach[0] if own else self.pairs.reach[pair]):
+                found[pair] = near.contact[c].copy()
+        return found
 
     def build(self, here, lead=STAND):
-        self.find(here)
-        near = self.neighbourhood
+        count, segments, scene, near = self.place(here)
+        p = self.parameters
+        brakes = self.base.change[0] * 120
+        chosen = choose_pairs(
+            segments, scene, self.pairs, near, count, brakes, p.retreat_speed, p.held_rows,
+            1 / 120, self.selection,
+        )  # fmt: skip
         write_rows(
-            near.segments.arrays, near.shapes.arrays, near.pairs, near.near, self.count,
-            self.base, here.J_world, lead, self.parameters.retreat_speed,
-            self.parameters.held_rows, NO_BOUND, 1 / 120, self.rows,
+            segments, scene, self.pairs, near, self.selection, chosen, self.base, here.J_world,
+            lead, p.retreat_speed, 1 / 120, self.rows,
         )  # fmt: skip
         return self.rows
 
@@ -111,8 +131,8 @@ def test_a_held_box_is_part_of_the_hand(frankie, box):
         assert ("cube - table" in names) is expected
         if expected:
             assert names.count("cube - table") == PARAMETERS.held_rows
-            assert rows.clearance[0] == pytest.approx(0.03, abs=1e-9)
-            assert finder.names.of(*rows.closest) == "cube - table"
+            assert finder.selection.clearance[0] == pytest.approx(0.03, abs=1e-9)
+            assert finder.names.of(*finder.selection.closest) == "cube - table"
     # its row is that of a point of the tool
     held = HeldObject("cube", np.array([0.05, 0.05, 0.06]), T)
     finder = Finder(frankie, [table], held=held)
@@ -231,15 +251,55 @@ def test_held_boxes_are_covered_by_their_segments():
 
 def test_near_pairs_are_all_pairs_within_reach(frankie):
     """The rough distances lose none: against the same search without them."""
-    finder = Finder(frankie, shapes_from_scene(load_scenario("obstructed_turn")))
+    bodies = shapes_from_scene(load_scenario("obstructed_turn"))
+    finder, all_of_them = Finder(frankie, bodies), Finder(frankie, bodies)
+    legal = np.isfinite(all_of_them.pairs.reach)
     near = set()
     for x in np.linspace(-1.2, 0.0, 13):
         here = frankie.configuration(np.array([x, -0.1, 0.1]), frankie.home)
         found = finder.find(here)
-        finder.neighbourhood.segments.arrays.ball[:] += 5.0
-        finder.neighbourhood.pairs.widest[:] += 5.0
-        assert finder.find(here).keys() == found.keys()
-        finder.neighbourhood.segments.arrays.ball[:] -= 5.0
-        finder.neighbourhood.pairs.widest[:] -= 5.0
+        all_of_them.pairs.reach[legal] = 100.0
+        all_of_them.pairs.widest[:] = 100.0
+        every = all_of_them.find(here)
+        assert len(every) > legal.sum()
+        own = len(finder.neighbourhood.shapes.owner)
+        for (i, j), contact in every.items():
+            if j < own:
+                assert ((i, j) in found) == (contact[0] < finder.pairs.reach[i, j])
         near |= found.keys()
     assert len(near) > 15
+
+
+def test_the_lazy_choice_is_the_one_by_all_exact_distances(frankie, box):
+    """Moving and turning solids, too: what comes fast counts before what is near."""
+    rng = np.random.default_rng(8)
+    fewer = 0
+    for _ in range(60):
+        bodies = [
+            box(f"b{i}", *rng.uniform(-1, 1, 2), rng.uniform(0.1, 0.5, 3), bottom=rng.uniform(0, 1),
+                velocity=tuple(rng.uniform(-1, 1, 3) * rng.integers(0, 2)))
+            for i in range(8)
+        ]  # fmt: skip
+        finder = Finder(frankie, bodies, parameters=WholeBodyParameters(collision_rows=9))
+        q = frankie.home + rng.uniform(-0.6, 0.6, 7)
+        q[[3, 5]] = np.clip(q[[3, 5]], [-3.0, 0.8], [-0.6, 3.7])
+        here = frankie.configuration(rng.uniform(-0.1, 0.1, 3), q)
+        rows = finder.build(here)
+        fewer += finder.neighbourhood.near.measured.sum() < len(finder.find(here))
+        every = Finder(frankie, bodies, parameters=WholeBodyParameters(collision_rows=100))
+        bounds = np.sort(every.build(here).bound)
+        # links on the base are ranked by brakes, but bounded by its arc: left out of account
+        arm = ~finder.neighbourhood.segments.arrays.on_base[rows.slots[:, 0]]
+        assert (rows.bound[arm][:, None] >= bounds[0] - 1e-12).all()
+        slots = {tuple(pair) for pair in rows.slots.tolist()}
+        left_out = [
+            every.rows.bound[slot]
+            for slot in used(every.rows)
+            if tuple(every.rows.slots[slot].tolist()) not in slots
+            and not finder.neighbourhood.segments.arrays.on_base[every.rows.slots[slot, 0]]
+        ]
+        if left_out and arm.any():
+            assert rows.bound[arm].max() <= min(left_out) + 1e-12
+        contacts = every.find(here)
+        assert finder.selection.clearance[0] == min(contact[0] for contact in contacts.values())
+    assert fewer > 30
