@@ -41,6 +41,8 @@ class PairClasses(Data):
     """Hand, fingers, a held object, and obstacles and other objects."""
     arm_base: PairClass = PairClass(name="arm_base", safe=0.02, influence=0.10)
     """Arm, hand, fingers, a held object, and the base's body."""
+    base_scene: PairClass = PairClass(name="base_scene", safe=0.05, influence=0.30)
+    """The base's body and everything in the scene, where nobody navigates."""
     self_collision: PairClass = PairClass(name="self_collision", safe=0.01, influence=0.10)
     """Two capsules of the robot."""
 

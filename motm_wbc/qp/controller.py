@@ -196,7 +196,7 @@ class WholeBodyController:
         return trouble or "a body has a place that is not finite"
 
     def _row_name(self, slot: int) -> str:
-        first, second = self._step.rows.slots[slot].tolist()
+        first, second, _ = self._step.rows.slots[slot].tolist()
         return self._pair_names.of(first, second)
 
     def _bundle(self) -> None:

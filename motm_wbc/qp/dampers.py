@@ -85,7 +85,7 @@ def scene_dampers(
     model: RobotModel,
     parameters: WholeBodyParameters,
 ) -> Dampers:
-    """Dampers (k, s) of each segment of the robot and each part of the scene.
+    """Dampers (k, s) of each segment of the robot, the base last, and each part of the scene.
 
     Args:
         segments: the robot's.
@@ -115,7 +115,9 @@ def scene_dampers(
                     classes=parameters.pairs,
                 )
             )
-    return Dampers.of(classes, model, parameters).reshape(len(segments), len(owner))
+    for body_index in owner.tolist():
+        classes.append(None if body_index == BASE else parameters.pairs.base_scene)
+    return Dampers.of(classes, model, parameters).reshape(len(segments.names), len(owner))
 
 
 def self_pairs(segments: RobotSegments, model: RobotModel) -> IntArray:

@@ -11,6 +11,7 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
 from motm_wbc.geometry.distance import segment_cylinder, segment_prism, segment_segment
 from motm_wbc.geometry.jit import inlined
+from motm_wbc.geometry.outlines import outline_disc, outline_outline
 from motm_wbc.kinematics import RobotModel
 from motm_wbc.qp.bodies import Body
 from motm_wbc.qp.dampers import Dampers, scene_dampers, self_pairs
@@ -18,6 +19,9 @@ from motm_wbc.qp.parameters import WholeBodyParameters
 from motm_wbc.qp.segments import RobotSegments, SegmentArrays
 from motm_wbc.qp.shapes import BASE, SceneArrays, SceneShapes
 from motm_wbc.qp.tasks import HeldObject
+
+NEAREST, FIRST, SECOND = 0, 1, 2
+"""Places on a segment that a pair is measured at."""
 
 
 class PairArrays(NamedTuple):
@@ -49,8 +53,11 @@ class NearArrays(NamedTuple):
         ends: (k, 2, 3) ends of the robot's segments in the world [m].
         box_low: (k, 3) least corner of the axis-aligned box about each segment [m].
         box_high: (k, 3) its largest corner [m].
+        twist: (k, 6) spatial velocity of each segment by the last inputs [m/s, rad/s].
+        speed: (k,) that no point of a segment's surface passes [m/s].
         solids: (s,) numbers of the solids that any segment could be near to.
         pair: (c, 2) segment, and solid or, counted on behind these, other segment.
+        place: (c,) `NEAREST` point of the segment, or the `FIRST` or `SECOND` of its ends.
         contact: (c, 7) signed distance of the surfaces [m], point on the segment's core
             [m], unit vector from the segment to the other body. Before the pair is measured
             the distance is a rough one, never too large, and the rest is not there.
@@ -60,33 +67,51 @@ class NearArrays(NamedTuple):
     ends: Array
     box_low: Array
     box_high: Array
+    twist: Array
+    speed: Array
     solids: IntArray
     pair: IntArray
+    place: IntArray
     contact: Array
     measured: BoolArray
 
 
 @inlined
 def rough_pairs(
-    segments: SegmentArrays, scene: SceneArrays, pairs: PairArrays, near: NearArrays
+    segments: SegmentArrays,
+    scene: SceneArrays,
+    pairs: PairArrays,
+    with_base: bool,
+    near: NearArrays,
 ) -> int:
     """Write the pairs that may be within the reach of their dampers; returns their number.
 
     Distances of the boxes about segments and solids are never too large and quick to have.
+
+    Args:
+        segments: of the robot.
+        scene: all solids.
+        pairs: what holds for each pair.
+        with_base: the base's body counts, too; else somebody navigates.
+        near: is written.
     """
-    _box_segments(segments, near)
+    _box_segments(segments, scene, near)
     count, parts = 0, len(scene.radius)
     n_solids = _solids_near_robot(scene, pairs, near)
-    for k in range(len(segments.joint)):
+    base, base_height = len(segments.joint) - 1, scene.faces[0, 1]
+    # the base moves on the floor: how far a solid reaches into its height is no distance
+    near.box_low[base, 2], near.box_high[base, 2] = -math.inf, math.inf
+    for k in range(base + 1 if with_base else base):
         low, high = near.box_low[k], near.box_high[k]
         for index in range(n_solids):
             j = near.solids[index]
             reach = pairs.reach[k, j]
-            if reach == -math.inf:
+            if reach == -math.inf or (k == base and scene.box_low[j, 2] >= base_height):
                 continue
             gap = _gap(low, high, scene.box_low[j], scene.box_high[j])
             if gap < reach:
                 near.pair[count, 0], near.pair[count, 1] = k, j
+                near.place[count] = NEAREST
                 near.contact[count, 0], near.measured[count] = gap, False
                 count += 1
     for p in range(len(pairs.own)):
@@ -94,9 +119,32 @@ def rough_pairs(
         gap = _gap(near.box_low[i], near.box_high[i], near.box_low[j], near.box_high[j])
         if gap < pairs.own_reach[0]:
             near.pair[count, 0], near.pair[count, 1] = i, parts + j
+            near.place[count] = NEAREST
             near.contact[count, 0], near.measured[count] = gap, False
             count += 1
     return count
+
+
+@inlined
+def move_segments(
+    segments: SegmentArrays, J_world: Array, previous: Array, near: NearArrays
+) -> None:
+    """Write how the segments move by the last inputs (n_inputs,)."""
+    for k in range(len(segments.joint)):
+        twist = near.twist[k]
+        for row in range(6):
+            twist[row] = 0.0
+            for c in range(len(previous)):
+                twist[row] += segments.moved_by[k, c] * J_world[row, c] * previous[c]
+        turning = math.sqrt(twist[3] ** 2 + twist[4] ** 2 + twist[5] ** 2)
+        fastest = 0.0
+        for e in range(2):
+            x, y, z = near.ends[k, e, 0], near.ends[k, e, 1], near.ends[k, e, 2]
+            u = twist[0] + twist[4] * z - twist[5] * y
+            v = twist[1] + twist[5] * x - twist[3] * z
+            w = twist[2] + twist[3] * y - twist[4] * x
+            fastest = max(fastest, math.sqrt(u * u + v * v + w * w))
+        near.speed[k] = fastest + turning * segments.radius[k]
 
 
 @inlined
@@ -105,6 +153,13 @@ def measure(segments: SegmentArrays, scene: SceneArrays, near: NearArrays, c: in
     k, j, parts = near.pair[c, 0], near.pair[c, 1], len(scene.radius)
     a, b, contact = near.ends[k, 0], near.ends[k, 1], near.contact[c]
     near.measured[c] = True
+    if near.place[c] == FIRST:
+        b = a
+    elif near.place[c] == SECOND:
+        a = b
+    if k == len(segments.joint) - 1:
+        _measure_base(scene, j, contact)
+        return
     if j >= parts:
         other = j - parts
         segment_segment(a, b, near.ends[other, 0], near.ends[other, 1], contact)
@@ -121,9 +176,27 @@ def measure(segments: SegmentArrays, scene: SceneArrays, near: NearArrays, c: in
 
 
 @inlined
-def _box_segments(segments: SegmentArrays, near: NearArrays) -> None:
+def _measure_base(scene: SceneArrays, j: int, contact: Array) -> None:
+    """Write the contact of the base's body and a solid, both upright: on the floor plan."""
+    base = scene.edges[: scene.first_edge[1]]
+    first, last = scene.first_edge[j], scene.first_edge[j + 1]
+    if first == last:
+        x, y = scene.poses[j, 0], scene.poses[j, 1]
+        outline_disc(base, x, y, scene.radius[j], contact[:5])
+    else:
+        outline_outline(base, scene.edges[first:last], contact[:5])
+    contact[4], contact[5], contact[6] = contact[3], contact[4], 0.0
+    contact[3] = 0.0
+
+
+@inlined
+def _box_segments(segments: SegmentArrays, scene: SceneArrays, near: NearArrays) -> None:
     """Write the boxes about the segments, their radii included."""
-    for k in range(len(segments.joint)):
+    base = len(segments.joint) - 1
+    for axis in range(3):
+        near.box_low[base, axis] = scene.box_low[0, axis]
+        near.box_high[base, axis] = scene.box_high[0, axis]
+    for k in range(base):
         r = segments.radius[k]
         for axis in range(3):
             p, q = near.ends[k, 0, axis], near.ends[k, 1, axis]
@@ -227,7 +300,7 @@ class Neighbourhood:
         )
         own = Dampers.of([parameters.pairs.self_collision], model, parameters)
         pairs = self_pairs(segments, model)
-        parts, count = len(self.shapes.owner), len(segments)
+        parts, count = len(self.shapes.owner), len(segments.names)
         self.pairs = PairArrays(
             safe=np.concatenate((scene.safe, np.tile(own.safe, (count, count))), axis=1),
             rate=np.concatenate((scene.rate, np.tile(own.rate, (count, count))), axis=1),
@@ -236,13 +309,17 @@ class Neighbourhood:
             own=pairs,
             own_reach=own.reach,
         )
-        room = count * parts + len(pairs)
+        # each pair that gets a row may bring both ends of its segment
+        room = 3 * count * parts + len(pairs)
         self.near = NearArrays(
             ends=np.zeros((count, 2, 3)),
             box_low=np.zeros((count, 3)),
             box_high=np.zeros((count, 3)),
+            twist=np.zeros((count, 6)),
+            speed=np.zeros(count),
             solids=np.zeros(parts, dtype=np.int64),
             pair=np.zeros((room, 2), dtype=np.int64),
+            place=np.zeros(room, dtype=np.int64),
             contact=np.zeros((room, 7)),
             measured=np.zeros(room, dtype=np.bool_),
         )

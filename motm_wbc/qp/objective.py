@@ -141,6 +141,51 @@ def want_twist(
 
 
 @inlined
+def add_residual_damping(
+    H: Array,
+    tools: ToolArrays,
+    k: int,
+    previous: Array,
+    n_base: int,
+    weights: tuple[float, float],
+    dt: float,
+) -> None:
+    """Damp the joints by what tool `k` does not get of its wanted twist.
+
+    Where a wish can't be had, as at the end of the arm's reach, the least squares are only
+    held by the curvature of the tool's motion, residual times lever, that linear tasks leave
+    out: without damping of that size the commands overshoot it from step to step. (The
+    damping of Sugihara, "Solvability-unconcerned inverse kinematics by the
+    Levenberg-Marquardt method", T-RO 2011, follows the residual for the same reason.)
+    A tool that gets what it wants is not damped.
+
+    Args:
+        H: (n_inputs, n_inputs) is added to.
+        tools: tool tasks, with their wanted twists.
+        k: which.
+        previous: (n_inputs,) last commanded inputs, which stand for those to come.
+        n_base: number of base inputs.
+        weights: of linear and angular velocities.
+        dt: control step [s].
+    """
+    J, wanted, R = tools.J[k], tools.wanted[k], tools.axes[k]
+    for half in range(2):
+        o, square = 3 * half, 0.0
+        for i in range(3):
+            part = 0.0
+            for row in range(3):
+                missing = wanted[o + row]
+                for c in range(len(previous)):
+                    missing -= J[o + row, c] * previous[c]
+                part += R[row, i] * missing
+            square += max(tools.weights[k, o + i], 0.0) * part * part
+        size = dt * weights[half] * math.sqrt(square)
+        for c in range(n_base, len(previous)):
+            lever = math.sqrt(J[o, c] ** 2 + J[o + 1, c] ** 2 + J[o + 2, c] ** 2)
+            H[c, c] += size * lever
+
+
+@inlined
 def _shortened(length: float, largest: float) -> float:
     """Factor that makes a length no larger than `largest`."""
     return largest / length if length > largest else 1.0

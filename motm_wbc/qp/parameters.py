@@ -82,7 +82,7 @@ class WholeBodyParameters(Data):
     retreat_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 0.2
     """Largest speed with which a pair nearer than its safe distance is led apart [m/s]."""
     collision_rows: Annotated[int, Field(ge=1, le=100)] = 12
-    """Pairs that the QP sees in one step: the nearest, each measured by its class."""
+    """Pairs that the QP sees in one step: those nearest to what their rows allow."""
     held_rows: Annotated[int, Field(ge=1, le=20)] = 4
     """Of these, how many may be spent on the held object and one body: the corners of a face."""
     largest_age: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1

@@ -22,6 +22,7 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
 from motm_wbc.geometry.braking import stopping_speed
 from motm_wbc.geometry.jit import inlined
+from motm_wbc.kinematics.chain import bias_acceleration
 from motm_wbc.qp.limits import BaseArrays
 from motm_wbc.qp.nearby import NearArrays, PairArrays
 from motm_wbc.qp.problem import NO_BOUND
@@ -39,8 +40,8 @@ class RowArrays(NamedTuple):
     Attributes:
         A: (r, n_inputs) rates at which each pair comes nearer; zero in a slot not in use.
         bound: (r,) largest rate [m/s]; `NO_BOUND` in a slot not in use.
-        slots: (r, 2) segment and other body, as in `NearArrays`; `NO_PAIR` for none.
-        slot_of: (k, s + k) slot that each pair is in, or `NO_PAIR`.
+        slots: (r, 3) segment, other body and place, as in `NearArrays`; `NO_PAIR` for none.
+        slot_of: (k, s + k, 3) slot that each pair and place is in, or `NO_PAIR`.
         kept: (r,) the slot keeps its pair.
     """
 
@@ -62,8 +63,8 @@ def empty_rows(pairs: PairArrays, n_inputs: int, count: int) -> RowArrays:
     return RowArrays(
         A=np.zeros((count, n_inputs)),
         bound=np.full(count, NO_BOUND),
-        slots=np.full((count, 2), NO_PAIR),
-        slot_of=np.full(pairs.safe.shape, NO_PAIR),
+        slots=np.full((count, 3), NO_PAIR),
+        slot_of=np.full((*pairs.safe.shape, 3), NO_PAIR),
         kept=np.zeros(count, dtype=np.bool_),
     )
 
@@ -79,6 +80,7 @@ def write_rows(
     base: BaseArrays,
     J_world: Array,
     lead: Array,
+    previous: Array,
     retreat_speed: float,
     dt: float,
     rows: RowArrays,
@@ -95,6 +97,7 @@ def write_rows(
         base: limits of the base's inputs.
         J_world: (6, n_inputs) of the robot.
         lead: (n_base,) base inputs that are asked for, or were last.
+        previous: (n_inputs,) last commanded inputs.
         retreat_speed: largest speed with which a pair too near is led apart [m/s].
         dt: control step [s].
         rows: is written.
@@ -104,10 +107,10 @@ def write_rows(
         if rows.slots[slot, 0] == NO_PAIR:
             rows.A[slot, :] = 0.0
             rows.bound[slot] = NO_BOUND
-    parts = len(scene.radius)
+    parts, bias = len(scene.radius), np.empty(6)
     for index in selection.chosen[:chosen]:
         i, j = near.pair[index, 0], near.pair[index, 1]
-        slot, contact = rows.slot_of[i, j], near.contact[index]
+        slot, contact = rows.slot_of[i, j, near.place[index]], near.contact[index]
         _rate_row(segments, parts, contact, i, j, len(lead), J_world, rows.A[slot])
         limit = allowed_speed(pairs, near, index, retreat_speed)
         if j < parts:
@@ -117,7 +120,8 @@ def write_rows(
             limit += solid_speed(scene, j, contact)
             if segments.on_base[i]:
                 limit = max(limit, 0.0)  # it stops; to flee is navigation's business
-        rows.bound[slot] = limit
+        gain = _gain_of_step(segments, parts, contact, i, j, len(lead), J_world, previous, bias)
+        rows.bound[slot] = limit - 0.5 * dt * max(gain, 0.0)
 
 
 @inlined
@@ -128,23 +132,23 @@ def _assign_slots(near: NearArrays, chosen: IntArray, rows: RowArrays) -> None:
     """
     rows.kept[:] = False
     for index in chosen:
-        i, j = near.pair[index, 0], near.pair[index, 1]
-        if rows.slot_of[i, j] != NO_PAIR:
-            rows.kept[rows.slot_of[i, j]] = True
+        slot = rows.slot_of[near.pair[index, 0], near.pair[index, 1], near.place[index]]
+        if slot != NO_PAIR:
+            rows.kept[slot] = True
     for slot in range(len(rows.kept)):
-        i, j = rows.slots[slot, 0], rows.slots[slot, 1]
+        i, j, place = rows.slots[slot, 0], rows.slots[slot, 1], rows.slots[slot, 2]
         if i != NO_PAIR and not rows.kept[slot]:
-            rows.slot_of[i, j] = NO_PAIR
+            rows.slot_of[i, j, place] = NO_PAIR
             rows.slots[slot, 0] = NO_PAIR
     free = 0
     for index in chosen:
-        i, j = near.pair[index, 0], near.pair[index, 1]
-        if rows.slot_of[i, j] != NO_PAIR:
+        i, j, place = near.pair[index, 0], near.pair[index, 1], near.place[index]
+        if rows.slot_of[i, j, place] != NO_PAIR:
             continue
         while rows.slots[free, 0] != NO_PAIR:
             free += 1
-        rows.slot_of[i, j] = free
-        rows.slots[free, 0], rows.slots[free, 1] = i, j
+        rows.slot_of[i, j, place] = free
+        rows.slots[free, 0], rows.slots[free, 1], rows.slots[free, 2] = i, j, place
 
 
 @inlined
@@ -176,6 +180,38 @@ def _rate_row(
             nx * J_world[0, c] + ny * J_world[1, c] + nz * J_world[2, c]
             + mx * J_world[3, c] + my * J_world[4, c] + mz * J_world[5, c]
         )  # fmt: skip
+
+
+@inlined
+def _gain_of_step(
+    segments: SegmentArrays,
+    parts: int,
+    contact: Array,
+    i: int,
+    j: int,
+    n_base: int,
+    J_world: Array,
+    previous: Array,
+    bias: Array,
+) -> float:
+    """How much faster a pair comes nearer by the end of a second of the last inputs [m/s^2].
+
+    Held inputs move points on curves. Over a step the pair comes nearer by dt/2 times this
+    than its row says; at d_s, where the row allows nothing, that would go on step by step
+    until the row leads out as fast.
+    """
+    point = contact[1:4]
+    gain = 0.0
+    for side in range(2):
+        body, sign = (i, 1.0) if side == 0 else (j - parts, -1.0)
+        if side == 1 and j == 0:
+            body = len(segments.joint) - 1  # the base itself
+        if body < 0:
+            continue
+        moved_by = segments.moved_by[body]
+        bias_acceleration(J_world, moved_by, n_base, previous, point, bias)
+        gain += sign * (contact[4] * bias[0] + contact[5] * bias[1] + contact[6] * bias[2])
+    return gain
 
 
 @inlined

@@ -16,13 +16,14 @@ _FREE_JOINTS = 2  # with fewer joints the arm can't pull a link back while the b
 
 
 class SegmentArrays(NamedTuple):
-    """Segments with radii that move with joint frames, k of them.
+    """Segments with radii that move with joint frames, k of them; the last is the base.
+
+    The base is a prism, solid 0 of the scene: its segment has no place and no size.
 
     Attributes:
         joint: (k,) joint frame that each moves with.
         local: (k, 2, 3) ends in that frame [m].
         radius: (k,) [m].
-        ball: (k,) radius of the ball about each segment's centre that holds it all [m].
         moved_by: (k, n_inputs) 1.0 for each input that moves the segment.
         is_held: (k,) it belongs to the held object.
         on_base: (k,) it stands on the base: the arm can't pull it back.
@@ -31,7 +32,6 @@ class SegmentArrays(NamedTuple):
     joint: IntArray
     local: Array
     radius: Array
-    ball: Array
     moved_by: Array
     is_held: BoolArray
     on_base: BoolArray
@@ -58,11 +58,11 @@ def place_segments(
 
 
 class RobotSegments:
-    """Segments of the robot's capsules, then those of the held object if there is one.
+    """Segments of the robot's capsules, of the held object if there is one, and the base.
 
     Attributes:
         names: (k,) of the capsules; the held object's segments have its name.
-        parts: (k,) what each belongs to.
+        parts: (k - 1,) what each belongs to; the base is none of them.
         held: the held object.
         finite: whether its size and its place are numbers.
         arrays: the segments.
@@ -88,19 +88,17 @@ class RobotSegments:
             local = np.concatenate((local, self._in_joint_frame(held)))
             radius = np.concatenate((radius, thickness))
             moved_by = np.concatenate((moved_by, np.ones((len(self._box), moved_by.shape[1]))))
-        reach = local[:, 1] - local[:, 0]
+        self.names += ("base",)
+        base = np.append(np.ones(model.n_base), np.zeros(model.n_arm))
+        moved_by = np.concatenate((moved_by, base[None]))
         self.arrays = SegmentArrays(
-            joint=np.array(joint, dtype=np.int64),
-            local=np.array(local, dtype=float),
-            radius=np.array(radius, dtype=float),
-            ball=0.5 * np.sqrt((reach * reach).sum(axis=1)) + radius,
+            joint=np.append(joint, 0).astype(np.int64),
+            local=np.concatenate((local, np.zeros((1, 2, 3)))),
+            radius=np.append(radius, 0.0),
             moved_by=np.array(moved_by, dtype=float),
-            is_held=np.array([part is Part.HELD for part in self.parts]),
+            is_held=np.array([*(part is Part.HELD for part in self.parts), False]),
             on_base=moved_by[:, model.n_base :].sum(axis=1) < _FREE_JOINTS,
         )
-
-    def __len__(self) -> int:
-        return len(self.names)
 
     def regrip(self, held: HeldObject | None) -> bool:
         """Take over where the held object is now; False if it is another one, or other rules.
@@ -114,7 +112,7 @@ class RobotSegments:
         if held is None or mine is None or not _same_kind(held, mine):
             return False
         self.held = held
-        self.arrays.local[-len(self._box) :] = self._in_joint_frame(held)
+        self.arrays.local[-1 - len(self._box) : -1] = self._in_joint_frame(held)
         return True
 
     def _in_joint_frame(self, held: HeldObject) -> Array:

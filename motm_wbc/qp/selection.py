@@ -1,6 +1,7 @@
-"""Which near pairs get collision rows: those that may approach least.
+"""Which near pairs get collision rows: those that are nearest to what their rows allow.
 
-Exact distances are dear beside rough ones, so only pairs are measured that a rough distance
+That is what a pair may approach by, less what it does approach by with the last inputs. A pair
+that is near but leaves needs no row; one that is far but comes fast does. Exact distances are dear beside rough ones, so only pairs are measured that a rough distance
 can't rule out: best first, with the rough rank as a lower bound of the exact one.
 """
 
@@ -14,11 +15,11 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array, IntArray
 from motm_wbc.geometry.braking import stopping_speed
 from motm_wbc.geometry.jit import inlined
-from motm_wbc.qp.nearby import NearArrays, PairArrays, measure
+from motm_wbc.qp.nearby import FIRST, NEAREST, SECOND, NearArrays, PairArrays, measure
 from motm_wbc.qp.segments import SegmentArrays
 from motm_wbc.qp.shapes import SceneArrays
 
-_SAME_POINT = 1e-3  # [m] between points that count as one
+_SAME_POINT = 1e-2  # [m] between points that count as one
 NO_PAIR = -1
 """Stands for a pair that there is not."""
 
@@ -27,7 +28,7 @@ class SelectionArrays(NamedTuple):
     """What is chosen among c near pairs for r rows.
 
     Attributes:
-        rank: (c,) speed that near pairs are chosen by, least first [m/s].
+        rank: (c,) speed that is left to each near pair, least first [m/s].
         heap: (c,) near pairs that are not chosen yet.
         chosen: (r,) near pairs that get rows.
         spent: (s + k,) rows that are spent on the held object and each other body.
@@ -98,8 +99,44 @@ def choose_pairs(
         left -= 1
         heap[0] = heap[left]
         _sift(heap, 0, left, rank)
+        if near.contact[best, 0] == math.inf or near.place[best] != NEAREST:
+            continue
+        for place in (FIRST, SECOND):
+            if _add_end(segments, scene, pairs, near, best, place, count):
+                rank[count] = _rank(segments, scene, pairs, near, count, brakes, retreat_speed, dt)
+                heap[left] = count
+                _rise(heap, left, rank)
+                count, left = count + 1, left + 1
     _find_closest(segments, scene, pairs, near, count, selection)
     return chosen
+
+
+@inlined
+def _add_end(
+    segments: SegmentArrays,
+    scene: SceneArrays,
+    pairs: PairArrays,
+    near: NearArrays,
+    c: int,
+    place: int,
+    count: int,
+) -> bool:
+    """Add an end of the segment of pair `c` as a pair of its own; whether there is reason to.
+
+    Where a segment lies along a face, its nearest point jumps from one end to the other; with
+    a row for either end nothing jumps. That holds for solids, which have faces, and for links
+    that the arm tilts: what stands on the base does not.
+    """
+    k, j = near.pair[c, 0], near.pair[c, 1]
+    if j >= len(scene.radius) or segments.is_held[k] or segments.on_base[k]:
+        return False
+    end, contact = near.ends[k, place - FIRST], near.contact[c]
+    x, y, z = end[0] - contact[1], end[1] - contact[2], end[2] - contact[3]
+    if x * x + y * y + z * z < _SAME_POINT * _SAME_POINT:
+        return False
+    near.pair[count, 0], near.pair[count, 1], near.place[count] = k, j, place
+    measure(segments, scene, near, count)
+    return _within_reach(pairs, near, count)
 
 
 @inlined
@@ -130,17 +167,42 @@ def _rank(
     retreat_speed: float,
     dt: float,
 ) -> float:
-    """How fast a pair may approach [m/s]; never too large while it is not measured."""
-    i, j = near.pair[c, 0], near.pair[c, 1]
+    """Speed that is left to a pair [m/s]; never too large while it is not measured."""
+    i, j, parts = near.pair[c, 0], near.pair[c, 1], len(scene.radius)
     rank = allowed_speed(pairs, near, c, retreat_speed)
-    if j >= len(scene.radius):
-        return rank
-    if segments.on_base[i]:
+    if j < parts and segments.on_base[i]:
         room = near.contact[c, 0] - pairs.safe[i, j]
         rank = min(rank, stopping_speed(room, brakes, dt))
     if near.measured[c]:
-        return rank + solid_speed(scene, j, near.contact[c])
-    return rank - _largest_speed(scene, j)
+        return rank - _closing_speed(segments, scene, near, c)
+    if j == 0 or i == len(segments.joint) - 1:
+        return -math.inf  # few, and the base has no ends to tell its speed by
+    if j >= parts:
+        return rank - float(near.speed[i] + near.speed[j - parts])
+    return rank - float(near.speed[i]) - _largest_speed(scene, j)
+
+
+@inlined
+def _closing_speed(segments: SegmentArrays, scene: SceneArrays, near: NearArrays, c: int) -> float:
+    """How fast a measured pair comes nearer by the last inputs [m/s]."""
+    i, j, parts = near.pair[c, 0], near.pair[c, 1], len(scene.radius)
+    contact = near.contact[c]
+    closing = _along_normal(near.twist[i], contact)
+    if j >= parts:
+        return closing - _along_normal(near.twist[j - parts], contact)
+    if j == 0:
+        return closing - _along_normal(near.twist[len(segments.joint) - 1], contact)
+    return closing - solid_speed(scene, j, contact)
+
+
+@inlined
+def _along_normal(twist: Array, contact: Array) -> float:
+    """Speed of a contact's point along its normal, if it moves with a spatial velocity."""
+    x, y, z = contact[1], contact[2], contact[3]
+    u = twist[0] + twist[4] * z - twist[5] * y
+    v = twist[1] + twist[5] * x - twist[3] * z
+    w = twist[2] + twist[3] * y - twist[4] * x
+    return float(contact[4] * u + contact[5] * v + contact[6] * w)
 
 
 @inlined
@@ -233,6 +295,17 @@ def _sift(heap: IntArray, root: int, count: int, rank: Array) -> None:
             return
         heap[root], heap[least] = heap[least], heap[root]
         root = least
+
+
+@inlined
+def _rise(heap: IntArray, leaf: int, rank: Array) -> None:
+    """Let heap[leaf] rise to its place."""
+    while leaf > 0:
+        parent = (leaf - 1) // 2
+        if rank[heap[parent]] <= rank[heap[leaf]]:
+            return
+        heap[parent], heap[leaf] = heap[leaf], heap[parent]
+        leaf = parent
 
 
 def empty_selection(pairs: PairArrays, near: NearArrays, rows: int) -> SelectionArrays:

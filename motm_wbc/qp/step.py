@@ -15,10 +15,11 @@ from motm_wbc.kinematics.manipulability import manipulability_gradient
 from motm_wbc.qp.arrays import ProblemArrays, StepArrays, Weights, named_weights, read_arrays
 from motm_wbc.qp.finite import all_finite
 from motm_wbc.qp.limits import base_box, brake_on_arc, joint_box, scale_interval
-from motm_wbc.qp.nearby import rough_pairs
+from motm_wbc.qp.nearby import move_segments, rough_pairs
 from motm_wbc.qp.objective import (
     add_linear,
     add_posture,
+    add_residual_damping,
     add_tool,
     place_tool,
     position_error,
@@ -117,7 +118,9 @@ def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
         step.scene.poses[0, i] = state.positions[i]
     place_solids(step.scene, 0, 1)
     place_segments(step.segments, state.rotations, state.translations, step.near.ends)
-    count = rough_pairs(step.segments, step.scene, step.pairs, step.near)
+    # where somebody navigates, the base's body is theirs
+    count = rough_pairs(step.segments, step.scene, step.pairs, not led, step.near)
+    move_segments(step.segments, state.J_world, state.previous, step.near)
     chosen = choose_pairs(
         step.segments, step.scene, step.pairs, step.near, count, step.base.change[0] / weights.dt,
         weights.retreat_speed, int(weights.held_rows), weights.dt, step.selection,
@@ -126,7 +129,7 @@ def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
     asked = state.reference if led else state.lead
     write_rows(
         step.segments, step.scene, step.pairs, step.near, step.selection, chosen, step.base,
-        state.J_world, asked, weights.retreat_speed, weights.dt, step.rows,
+        state.J_world, asked, state.previous, weights.retreat_speed, weights.dt, step.rows,
     )  # fmt: skip
 
 
@@ -147,7 +150,9 @@ def _write_cost(led: bool, weights: Weights, step: StepArrays) -> None:
         error = min(max(error, weights.least_error), weights.largest_error)
     # tool 0 is the robot's own: it is there without a task, too
     for k in range(len(tools.joint)):
-        add_tool(H, f, tools, k, weights.linear / error, weights.angular / error)
+        linear, angular = weights.linear / error, weights.angular / error
+        add_tool(H, f, tools, k, linear, angular)
+        add_residual_damping(H, tools, k, state.previous, n_base, (linear, angular), weights.dt)
     for i in range(n_base, len(f)):
         H[i, i] += weights.damping
     if weights.manipulability > 0.0:

@@ -152,7 +152,11 @@ def cost_of_inputs(model, case, reference, free):
     H, f = J.T @ W @ J, -J.T @ W @ wanted
     H += extra.J.T @ np.diag(extra.weights) @ extra.J
     f -= extra.J.T @ (extra.weights * extra.target)
+    missing = tool.R_world_task.T @ (wanted - J @ inputs).reshape(2, 3).T
+    size = DT * scale[[0, 3]] * np.sqrt((tool.weights.reshape(2, 3).T * missing**2).sum(axis=0))
+    lever = np.linalg.norm(J.reshape(2, 3, -1), axis=1)
     arm = np.arange(n_base, n)
+    H[arm, arm] += (size @ lever)[arm]
     H[arm, arm] += weights.arm_weight if free else P.damping
     q = case["q"]
     pull = P.posture_weight * posture.weights
@@ -302,7 +306,7 @@ def test_distances_of_the_whole_robot_are_coals_to_1e_5(model):
 def near_pairs(controller):
     """Pair -> distance of all pairs that may be near, by the kernels."""
     step = controller._step
-    count, found = rough_pairs(step.segments, step.scene, step.pairs, step.near), {}
+    count, found = rough_pairs(step.segments, step.scene, step.pairs, True, step.near), {}
     for c in range(count):
         measure(step.segments, step.scene, step.near, c)
         found[tuple(step.near.pair[c].tolist())] = step.near.contact[c, 0]

@@ -1,0 +1,96 @@
+"""Signed distances of convex outlines on the floor plan, compiled."""
+
+from __future__ import annotations
+
+import math
+
+from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.prism import LENGTH, NX, NY, UX, UY, X, Y
+
+
+@kernel
+def outline_outline(first: Array, second: Array, out: Array) -> None:
+    """Closest points of two convex outlines.
+
+    Where they overlap, the depth is the least translation that parts them: along a normal of
+    one of their edges (separating axes; Ericson, Real-Time Collision Detection, 2005, 5.2.1).
+
+    Args:
+        first: (n, 7) edges as `prism.outline_edges` makes them.
+        second: (m, 7) edges.
+        out: (5,) signed distance [m], point of the first x, y [m], unit normal x, y from the
+            first to the second, is written.
+    """
+    out[0] = -math.inf
+    _part_along(first, second, 1.0, out)
+    _part_along(second, first, -1.0, out)
+    if out[0] <= 0.0:
+        return
+    out[0] = math.inf
+    for i in range(len(first)):
+        _near_point(first[i, X], first[i, Y], second, True, out)
+    for i in range(len(second)):
+        _near_point(second[i, X], second[i, Y], first, False, out)
+
+
+@kernel
+def outline_disc(outline: Array, x: float, y: float, radius: float, out: Array) -> None:
+    """Closest points of a convex outline and a disc about (x, y); as `outline_outline`."""
+    deepest, edge = -math.inf, 0
+    for i in range(len(outline)):
+        height = _height(outline[i], x, y)
+        if height > deepest:
+            deepest, edge = height, i
+    if deepest <= 0.0:
+        nx, ny = outline[edge, NX], outline[edge, NY]
+        out[0], out[1], out[2], out[3], out[4] = deepest - radius, x, y, nx, ny
+        out[1], out[2] = x - deepest * nx, y - deepest * ny
+        return
+    out[0] = math.inf
+    _near_point(x, y, outline, False, out)
+    out[0] -= radius
+
+
+@kernel
+def _height(edge: Array, x: float, y: float) -> float:
+    """How far a point is outside of an edge's line [m]."""
+    return float(edge[NX] * (x - edge[X]) + edge[NY] * (y - edge[Y]))
+
+
+@kernel
+def _part_along(own: Array, other: Array, side: float, out: Array) -> None:
+    """Keep the edge of `own` whose normal parts the two best; `side` -1: own is the second."""
+    for i in range(len(own)):
+        least, corner = math.inf, 0
+        for j in range(len(other)):
+            height = _height(own[i], other[j, X], other[j, Y])
+            if height < least:
+                least, corner = height, j
+        if least > out[0]:
+            nx, ny = side * own[i, NX], side * own[i, NY]
+            x, y = other[corner, X], other[corner, Y]
+            if side > 0.0:  # the point of the first is the other's corner, moved onto the edge
+                x, y = x - least * nx, y - least * ny
+            out[0], out[1], out[2], out[3], out[4] = least, x, y, nx, ny
+
+
+@kernel
+def _near_point(x: float, y: float, outline: Array, of_first: bool, out: Array) -> None:
+    """Keep the nearest point of an outline to a corner of the other, if it is nearer."""
+    for i in range(len(outline)):
+        edge = outline[i]
+        along = edge[UX] * (x - edge[X]) + edge[UY] * (y - edge[Y])
+        along = min(max(along, 0.0), edge[LENGTH])
+        px, py = edge[X] + along * edge[UX], edge[Y] + along * edge[UY]
+        dx, dy = px - x, py - y
+        distance = math.hypot(dx, dy)
+        if distance < out[0]:
+            if distance > 0.0:
+                nx, ny = dx / distance, dy / distance
+            else:
+                nx, ny = -edge[NX], -edge[NY]
+            if of_first:
+                out[0], out[1], out[2], out[3], out[4] = distance, x, y, nx, ny
+            else:
+                out[0], out[1], out[2], out[3], out[4] = distance, px, py, -nx, -ny
