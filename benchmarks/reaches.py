@@ -1,7 +1,7 @@
 """Random reaches in cluttered scenes, with the whole-body controller alone.
 
     python -m benchmarks.reaches [--scenes 200] [--targets 10] [--free-base] [--found-posture]
-        [--posture-weight 0.05] [--processes 2] [--log out/reaches.jsonl]
+        [--posture-weight 1.0] [--processes 2] [--log out/reaches.jsonl]
 
 Each scene has tables, shelves, pillars and things on them about the robot. A target counts if
 inverse kinematics from many random starts finds a posture there that keeps every pair's safe
@@ -35,25 +35,17 @@ from motm_wbc.kinematics import RobotModel
 from motm_wbc.qp import WholeBodyController, WholeBodyParameters
 
 _DT = 1.0 / 120.0
-POSTURE_WEIGHT = 0.05
-"""Weight of the preferred posture. Where the arm has no redundancy left, at a joint's limit or
-beside an obstacle, the preference is traded for the tool's target: at a weight of 1 it keeps
-the tool millimetres off, at this one a tenth of that."""
-_DAMPING = 0.1
-"""Weight of the joints' velocities. Where a target can't be had, the cost of its error is curved
-along the joints that are left; with ten times less damping the steps go too far there, and the
-arm trembles between two velocities from step to step."""
 
 
 def reaches_of_scene(
-    seed: int, targets: int, variant: Variant, posture_weight: float = POSTURE_WEIGHT
+    seed: int, targets: int, variant: Variant, posture_weight: float = 1.0
 ) -> list[Outcome]:
     """All reaches of one scene; fewer than `targets` where a draw finds none that counts."""
     model = _robot()
     scene = make_scene(model, seed)
     distances = ExactDistances(model, scene.bodies)
     contact = ContactCheck(model, scene.bodies)
-    parameters = WholeBodyParameters(posture_weight=posture_weight, damping=_DAMPING)
+    parameters = WholeBodyParameters(posture_weight=posture_weight)
     controller = WholeBodyController(model, _DT, parameters)
     outcomes = []
     for index in range(targets):
@@ -74,7 +66,7 @@ def run(
     targets: int,
     variant: Variant,
     processes: int,
-    posture_weight: float = POSTURE_WEIGHT,
+    posture_weight: float = 1.0,
 ) -> Iterator[list[Outcome]]:
     """The outcomes of each scene as they come, in no order."""
     with ProcessPoolExecutor(processes) as pool:
@@ -101,7 +93,7 @@ def main() -> None:
     parser.add_argument(
         "--found-posture", action="store_true", help="prefer the posture that was found"
     )
-    parser.add_argument("--posture-weight", type=float, default=POSTURE_WEIGHT)
+    parser.add_argument("--posture-weight", type=float, default=1.0)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--log", type=Path, help="default: named by the variant, in out/")
     words = parser.parse_args()

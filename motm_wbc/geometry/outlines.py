@@ -8,6 +8,8 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 from motm_wbc.geometry.prism import LENGTH, NX, NY, UX, UY, X, Y
 
+_SIDE_BY_SIDE = 0.95  # cosine of the angle up to which edges count as facing each other
+
 
 @kernel
 def outline_outline(first: Array, second: Array, out: Array) -> None:
@@ -94,3 +96,52 @@ def _near_point(x: float, y: float, outline: Array, of_first: bool, out: Array) 
                 out[0], out[1], out[2], out[3], out[4] = distance, x, y, nx, ny
             else:
                 out[0], out[1], out[2], out[3], out[4] = distance, px, py, -nx, -ny
+
+
+@kernel
+def facing_end(first: Array, second: Array, at_low_end: bool, out: Array) -> bool:
+    """One end of the stretch over which two outlines face each other edge to edge.
+
+    Where edges lie side by side, the closest points are as good at one end of that stretch as
+    at the other, and jump between them with the smallest turn.
+
+    Args:
+        first: (n, 7) edges.
+        second: (m, 7) edges.
+        at_low_end: which end.
+        out: (5,) as `outline_outline` has written it; point and distance are overwritten, the
+            distance by that along the normal.
+
+    Returns:
+        Whether there is such a stretch; else `out` is left as it is.
+    """
+    nx, ny = out[3], out[4]
+    own, other = _edge_along(first, nx, ny), _edge_along(second, -nx, -ny)
+    if first[own, NX] * nx + first[own, NY] * ny < _SIDE_BY_SIDE:
+        return False
+    if -second[other, NX] * nx - second[other, NY] * ny < _SIDE_BY_SIDE:
+        return False
+    a, b = first[own], second[other]
+    a0, a1 = -ny * a[X] + nx * a[Y], a[LENGTH] * (-ny * a[UX] + nx * a[UY])
+    b0, b1 = -ny * b[X] + nx * b[Y], b[LENGTH] * (-ny * b[UX] + nx * b[UY])
+    low = max(min(a0, a0 + a1), min(b0, b0 + b1))
+    high = min(max(a0, a0 + a1), max(b0, b0 + b1))
+    if low >= high:
+        return False
+    place = low if at_low_end else high
+    s, t = (place - a0) / a1 * a[LENGTH], (place - b0) / b1 * b[LENGTH]
+    out[1], out[2] = a[X] + s * a[UX], a[Y] + s * a[UY]
+    x, y = b[X] + t * b[UX] - out[1], b[Y] + t * b[UY] - out[2]
+    out[0] = x * nx + y * ny
+    return True
+
+
+@kernel
+def _edge_along(outline: Array, nx: float, ny: float) -> int:
+    """The edge whose normal points most along a direction."""
+    best, most = 0, -math.inf
+    for i in range(len(outline)):
+        along = outline[i, NX] * nx + outline[i, NY] * ny
+        if along > most:
+            best, most = i, along
+    return best

@@ -54,14 +54,17 @@ def what_is_unusable(
             *_of_held(held),
             *_number("gripper width", gripper_width),
         ]
-    except (AttributeError, TypeError, ValueError) as error:
+        return next(_complaints(quantities), "") or next(_not_numbers(posture), "")
+    except Exception as error:  # whatever it is: a control loop goes on with a reason
         return f"an argument is of a wrong kind: {error}"
-    return next(_complaints(quantities), "") or next(_not_numbers(posture), "")
 
 
 def usable(values: Any, count: int) -> bool:
     """Whether `values` are `count` finite numbers."""
-    return next(_complaints([("", values, (count,))]), None) is None
+    try:
+        return next(_complaints([("", values, (count,))]), None) is None
+    except (TypeError, ValueError):  # rows of different lengths
+        return False
 
 
 def _of_state(model: RobotModel, state: State) -> Iterator[Quantity]:
@@ -129,6 +132,8 @@ def _complaints(quantities: Sequence[Quantity]) -> Iterator[str]:
             yield f"{name} has the shape {array.shape}, needs {shape}"
         elif array.dtype.kind not in "fiu" or not np.isfinite(array).all():
             yield f"{name} is not finite"
+        elif "weight" in name and (array < 0).any():
+            yield f"{name} must not be negative"
 
 
 def _not_numbers(posture: PostureTask | None) -> Iterator[str]:

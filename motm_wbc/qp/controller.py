@@ -26,7 +26,7 @@ from motm_wbc.qp.result import WholeBodyResult
 from motm_wbc.qp.rows import RowArrays, empty_rows
 from motm_wbc.qp.selection import empty_selection
 from motm_wbc.qp.solvers import make_solver
-from motm_wbc.qp.step import NOT_FINITE, PASSES_ACCELERATION, write_problem
+from motm_wbc.qp.step import PASSES_ACCELERATION, UNUSABLE, write_problem
 from motm_wbc.qp.tasks import BaseTask, FreeBase, HeldObject, LinearTask, PostureTask, ToolTask
 
 _DEFAULT = WholeBodyParameters()
@@ -136,10 +136,10 @@ class WholeBodyController:
         mode = self._free if isinstance(base, FreeBase) else self._led
         self._last = mode
         verdict = write_problem(mode.table, mode.led, self._differential)
-        if verdict & NOT_FINITE:
+        if verdict & UNUSABLE:
             state, tasks = (base_pose, q, previous), (base, tools, posture, extra)
             trouble = what_is_unusable(self.model, state, tasks, held, gripper_width)
-            return self._brake(trouble, q, previous, start)
+            return self._brake(trouble or "a task's numbers are too large", q, previous, start)
         answer = mode.ladder.solve(mode.problem, self._row_name)
         if answer.x is None:
             return self._brake(answer.reason, q, previous, start)
@@ -170,9 +170,9 @@ class WholeBodyController:
     def _late(self, age: float) -> str:
         """Why a sample of that age [s] is not used; empty if it is."""
         limit = self.parameters.largest_age
-        if age <= limit:
+        if isinstance(age, (int, float)) and age <= limit:
             return ""
-        return f"the state is {age:.3g} s old, at most {limit:g} s is legal"
+        return f"the state is {age} s old, at most {limit:g} s is legal"
 
     def _take(
         self,

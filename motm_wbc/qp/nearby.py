@@ -11,7 +11,7 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
 from motm_wbc.geometry.distance import segment_cylinder, segment_prism, segment_segment
 from motm_wbc.geometry.jit import inlined
-from motm_wbc.geometry.outlines import outline_disc, outline_outline
+from motm_wbc.geometry.outlines import facing_end, outline_disc, outline_outline
 from motm_wbc.kinematics import RobotModel
 from motm_wbc.qp.bodies import Body
 from motm_wbc.qp.dampers import Dampers, scene_dampers, self_pairs
@@ -158,7 +158,7 @@ def measure(segments: SegmentArrays, scene: SceneArrays, near: NearArrays, c: in
     elif near.place[c] == SECOND:
         a = b
     if k == len(segments.joint) - 1:
-        _measure_base(scene, j, contact)
+        _measure_base(scene, j, near.place[c], contact)
         return
     if j >= parts:
         other = j - parts
@@ -176,8 +176,12 @@ def measure(segments: SegmentArrays, scene: SceneArrays, near: NearArrays, c: in
 
 
 @inlined
-def _measure_base(scene: SceneArrays, j: int, contact: Array) -> None:
-    """Write the contact of the base's body and a solid, both upright: on the floor plan."""
+def _measure_base(scene: SceneArrays, j: int, place: int, contact: Array) -> None:
+    """Write the contact of the base's body and a solid, both upright: on the floor plan.
+
+    The ends are those of the stretch where the two face each other edge to edge; without such
+    a stretch they are the nearest point.
+    """
     base = scene.edges[: scene.first_edge[1]]
     first, last = scene.first_edge[j], scene.first_edge[j + 1]
     if first == last:
@@ -185,6 +189,8 @@ def _measure_base(scene: SceneArrays, j: int, contact: Array) -> None:
         outline_disc(base, x, y, scene.radius[j], contact[:5])
     else:
         outline_outline(base, scene.edges[first:last], contact[:5])
+        if place != NEAREST:
+            facing_end(base, scene.edges[first:last], place == FIRST, contact[:5])
     contact[4], contact[5], contact[6] = contact[3], contact[4], 0.0
     contact[3] = 0.0
 

@@ -3,6 +3,7 @@
 With slack delta = nu - J x, weighed by W, and weights lambda on x, the cost is
 1/2 x^T H x + f^T x with H = diag(lambda) + J^T W J and f = -J^T W nu + further linear terms:
 the optimum of the form with slack variables (Haviland et al., 2022), at 9 variables for 15.
+Ours: damping that follows the slack, see `add_residual_damping`.
 
 All tasks are written for the inputs: the base's, then the arm's. Where navigation leads the
 base, `scale_base` turns the base's inputs into one factor of navigation's.
@@ -178,7 +179,7 @@ def add_residual_damping(
                 for c in range(len(previous)):
                     missing -= J[o + row, c] * previous[c]
                 part += R[row, i] * missing
-            square += max(tools.weights[k, o + i], 0.0) * part * part
+            square += tools.weights[k, o + i] * part * part
         size = dt * weights[half] * math.sqrt(square)
         for c in range(n_base, len(previous)):
             lever = math.sqrt(J[o, c] ** 2 + J[o + 1, c] ** 2 + J[o + 2, c] ** 2)
@@ -212,7 +213,7 @@ def add_tool(H: Array, f: Array, tools: ToolArrays, k: int, linear: float, angul
     for half in range(2):
         o = 3 * half
         for i in range(3):
-            weight = max(tools.weights[k, o + i], 0.0) * (angular if half else linear)
+            weight = tools.weights[k, o + i] * (angular if half else linear)
             root = math.sqrt(weight)
             a, b, d = root * R[0, i], root * R[1, i], root * R[2, i]
             wish = a * wanted[o] + b * wanted[o + 1] + d * wanted[o + 2]

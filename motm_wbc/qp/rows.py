@@ -81,6 +81,7 @@ def write_rows(
     J_world: Array,
     lead: Array,
     previous: Array,
+    bias: Array,
     retreat_speed: float,
     dt: float,
     rows: RowArrays,
@@ -98,6 +99,7 @@ def write_rows(
         J_world: (6, n_inputs) of the robot.
         lead: (n_base,) base inputs that are asked for, or were last.
         previous: (n_inputs,) last commanded inputs.
+        bias: (6,) work space.
         retreat_speed: largest speed with which a pair too near is led apart [m/s].
         dt: control step [s].
         rows: is written.
@@ -107,21 +109,22 @@ def write_rows(
         if rows.slots[slot, 0] == NO_PAIR:
             rows.A[slot, :] = 0.0
             rows.bound[slot] = NO_BOUND
-    parts, bias = len(scene.radius), np.empty(6)
+    parts = len(scene.radius)
     for index in selection.chosen[:chosen]:
         i, j = near.pair[index, 0], near.pair[index, 1]
         slot, contact = rows.slot_of[i, j, near.place[index]], near.contact[index]
         _rate_row(segments, parts, contact, i, j, len(lead), J_world, rows.A[slot])
         limit = allowed_speed(pairs, near, index, retreat_speed)
+        stands = segments.on_base[i] and 0 < j < parts
+        if stands:
+            room = contact[0] - pairs.safe[i, j]
+            limit = _base_stop(rows.A[slot], room, lead, base, dt)
         if j < parts:
-            if segments.on_base[i]:
-                room = contact[0] - pairs.safe[i, j]
-                limit = _base_stop(rows.A[slot], room, lead, base, dt)
             limit += solid_speed(scene, j, contact)
-            if segments.on_base[i]:
-                limit = max(limit, 0.0)  # it stops; to flee is navigation's business
         gain = _gain_of_step(segments, parts, contact, i, j, len(lead), J_world, previous, bias)
-        rows.bound[slot] = limit - 0.5 * dt * max(gain, 0.0)
+        limit -= 0.5 * dt * max(gain, 0.0)
+        # what stands on the base stops; to flee is navigation's business
+        rows.bound[slot] = max(limit, 0.0) if stands else limit
 
 
 @inlined
@@ -218,12 +221,14 @@ def _gain_of_step(
 def _base_stop(row: Array, room: float, lead: Array, base: BaseArrays, dt: float) -> float:
     """Speed from which the base, braking on its arc, stops within `room` [m].
 
-    Braking shrinks all inputs as one, so the closing speed falls as evenly as they do.
+    Braking shrinks all inputs as one, so the closing speed falls as evenly as they do. Free
+    inputs could brake each by itself; to count on the arc of the last ones is on the safe side.
     """
-    closing, at_rest, steps = 0.0, 0.0, 1.0
+    closing, every, steps = 0.0, 0.0, 1.0
     for c in range(len(lead)):
         closing += row[c] * lead[c]
-        at_rest += abs(row[c]) * base.change[c]  # nothing closes in: all that the brakes have
+        every += abs(row[c]) * base.change[c]
         steps = max(steps, abs(lead[c]) / base.change[c])
-    change = closing / steps if closing > _SLOW else at_rest + _SLOW
+    # where nothing closes in, all that the brakes have
+    change = closing / steps if closing > _SLOW else every + _SLOW
     return stopping_speed(room, _BRAKES * change / dt, dt)

@@ -1,7 +1,9 @@
 """Which near pairs get collision rows: those that are nearest to what their rows allow.
 
 That is what a pair may approach by, less what it does approach by with the last inputs. A pair
-that is near but leaves needs no row; one that is far but comes fast does. Exact distances are dear beside rough ones, so only pairs are measured that a rough distance
+that is near but leaves needs no row; one that is far but comes fast does.
+
+Exact distances are dear beside rough ones, so only pairs are measured that a rough distance
 can't rule out: best first, with the rough rank as a lower bound of the exact one.
 """
 
@@ -125,18 +127,18 @@ def _add_end(
 
     Where a segment lies along a face, its nearest point jumps from one end to the other; with
     a row for either end nothing jumps. That holds for solids, which have faces, and for links
-    that the arm tilts: what stands on the base does not.
+    that the arm tilts, and for the base itself.
     """
     k, j = near.pair[c, 0], near.pair[c, 1]
-    if j >= len(scene.radius) or segments.is_held[k] or segments.on_base[k]:
-        return False
-    end, contact = near.ends[k, place - FIRST], near.contact[c]
-    x, y, z = end[0] - contact[1], end[1] - contact[2], end[2] - contact[3]
-    if x * x + y * y + z * z < _SAME_POINT * _SAME_POINT:
+    is_base = k == len(segments.joint) - 1
+    if j >= len(scene.radius) or segments.is_held[k] or (segments.on_base[k] and not is_base):
         return False
     near.pair[count, 0], near.pair[count, 1], near.place[count] = k, j, place
     measure(segments, scene, near, count)
-    return _within_reach(pairs, near, count)
+    squared = 0.0
+    for axis in range(1, 4):
+        squared += (near.contact[count, axis] - near.contact[c, axis]) ** 2
+    return squared >= _SAME_POINT * _SAME_POINT and _within_reach(pairs, near, count)
 
 
 @inlined
@@ -170,7 +172,7 @@ def _rank(
     """Speed that is left to a pair [m/s]; never too large while it is not measured."""
     i, j, parts = near.pair[c, 0], near.pair[c, 1], len(scene.radius)
     rank = allowed_speed(pairs, near, c, retreat_speed)
-    if j < parts and segments.on_base[i]:
+    if 0 < j < parts and segments.on_base[i]:  # for the order only: the row knows the arc
         room = near.contact[c, 0] - pairs.safe[i, j]
         rank = min(rank, stopping_speed(room, brakes, dt))
     if near.measured[c]:

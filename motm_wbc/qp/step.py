@@ -13,7 +13,6 @@ from motm_wbc.geometry.jit import inlined, kernel
 from motm_wbc.kinematics.chain import forward, input_jacobian
 from motm_wbc.kinematics.manipulability import manipulability_gradient
 from motm_wbc.qp.arrays import ProblemArrays, StepArrays, Weights, named_weights, read_arrays
-from motm_wbc.qp.finite import all_finite
 from motm_wbc.qp.limits import base_box, brake_on_arc, joint_box, scale_interval
 from motm_wbc.qp.nearby import move_segments, rough_pairs
 from motm_wbc.qp.objective import (
@@ -31,11 +30,12 @@ from motm_wbc.qp.rows import write_rows
 from motm_wbc.qp.segments import place_segments
 from motm_wbc.qp.selection import choose_pairs
 from motm_wbc.qp.shapes import place_solids
+from motm_wbc.qp.usable import all_usable, is_finite
 
-READY, BRAKES_ON_ARC, PASSES_ACCELERATION, NOT_FINITE = 0, 1, 2, 4
+READY, BRAKES_ON_ARC, PASSES_ACCELERATION, UNUSABLE = 0, 1, 2, 4
 """What `write_problem` returns, flags that may come together: a problem; the base brakes because
 nothing of what navigation asks for is within its acceleration; a joint has to pass its
-acceleration limit for its position or velocity; the input was no number."""
+acceleration limit for its position or velocity; the input can't be used."""
 _NOTABLE = 1e-9  # [rad/s] by which an acceleration limit counts as passed
 _SPEED, _POSITION = int(Limit.SPEED), int(Limit.POSITION)
 _ACCELERATION, _LOCK = int(Limit.ACCELERATION), int(Limit.LOCK)
@@ -57,8 +57,8 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
     step = read_arrays(table)
     weights, problem, state = named_weights(step.weights), step.problem, step.state
     n_arm, n_base = len(step.posture.target), len(state.reference)
-    if not all_finite(led, step):
-        return NOT_FINITE
+    if not all_usable(led, step):
+        return UNUSABLE
     forward(step.chain, state.positions, state.rotations, state.translations)
     input_jacobian(
         step.chain, differential, state.positions, n_arm, state.rotations, state.translations,
@@ -67,6 +67,8 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
     verdict = _choose_lead(led, step)
     _write_rows(led, weights, step)
     _write_cost(led, weights, step)
+    if not is_finite(step):
+        return UNUSABLE
     if led:
         scale_base(
             state.H,
@@ -129,7 +131,8 @@ def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
     asked = state.reference if led else state.lead
     write_rows(
         step.segments, step.scene, step.pairs, step.near, step.selection, chosen, step.base,
-        state.J_world, asked, state.previous, weights.retreat_speed, weights.dt, step.rows,
+        state.J_world, asked, state.previous, state.bias, weights.retreat_speed, weights.dt,
+        step.rows,
     )  # fmt: skip
 
 

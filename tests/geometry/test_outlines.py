@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motm_wbc.geometry import polygons
-from motm_wbc.geometry.outlines import outline_disc, outline_outline
+from motm_wbc.geometry.outlines import facing_end, outline_disc, outline_outline
 from motm_wbc.geometry.prism import outline_edges
 
 
@@ -66,3 +66,25 @@ def test_touching_and_parallel_outlines_have_a_normal():
         out = nearest(square, square + shift)
         assert np.isfinite(out).all() and abs(np.hypot(out[3], out[4]) - 1.0) < 1e-12
         assert out[3:] @ shift > 0.0
+
+
+def test_edges_side_by_side_have_two_ends():
+    base, block = polygons.rectangle(0.6, 0.4), polygons.rectangle(0.2, 0.3)
+    turn = 0.05
+    placed = polygons.place(block, np.array([0.5, 0.1, turn]))
+    first, second = outline_edges(base), outline_edges(placed)
+    nearest_pair = nearest(base, placed)
+    ends = {}
+    for low in (True, False):
+        out = nearest_pair.copy()
+        assert facing_end(first, second, low, out)
+        ends[low] = out
+    for out in ends.values():
+        np.testing.assert_array_equal(out[3:], nearest_pair[3:])
+        assert abs(out[1] - 0.3) < 1e-12  # on the base's front
+        other = out[1:3] + out[0] * out[3:]
+        assert shapely.Polygon(placed).exterior.distance(shapely.Point(other)) < 1e-9
+        assert out[0] >= nearest_pair[0] - 1e-12
+    assert abs(ends[True][2] - ends[False][2]) > 0.2
+    far = polygons.place(block, np.array([0.5, 0.1, 0.7]))  # not side by side
+    assert not facing_end(first, outline_edges(far), True, nearest(base, far))

@@ -91,7 +91,7 @@ def closed_loop(frankie):
 
     def run(
         *, tool=None, drive=None, bodies=(), steps=600, follow=True, q=None, dt=DT,
-        model=frankie, solver="osqp", **more,
+        model=frankie, solver="osqp", posture=task, **more,
     ):  # fmt: skip
         controller = WholeBodyController(model, dt, solver=solver)
         limits = model.base_limits
@@ -109,7 +109,7 @@ def closed_loop(frankie):
                 previous=last,
                 tools=() if asked is None else (asked,),
                 base=NavigatedBase(reference) if follow else FreeBase(),
-                posture=task if model is frankie else None,
+                posture=posture if model is frankie else None,
                 bodies=bodies(k * dt) if callable(bodies) else bodies,
                 **more,
             )
