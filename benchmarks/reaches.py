@@ -1,6 +1,6 @@
 """Random reaches in cluttered scenes, with the whole-body controller alone.
 
-    python -m benchmarks.reaches [--scenes 200] [--targets 10] [--free-base] [--found-posture]
+    python -m benchmarks.reaches [--scenes 200] [--first 2000] [--targets 10] [--free-base] [--found-posture]
         [--posture-weight 1.0] [--processes 2] [--log out/reaches.jsonl]
 
 Each scene has tables, shelves, pillars and things on them about the robot. A target counts if
@@ -88,6 +88,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--scenes", type=int, default=200)
+    parser.add_argument("--first", type=int, default=2000, help="seed of the first scene")
     parser.add_argument("--targets", type=int, default=10, help="of each scene")
     parser.add_argument("--free-base", action="store_true", help="the base's inputs are free")
     parser.add_argument(
@@ -105,14 +106,15 @@ def main() -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     outcomes = log.read(path)
     done = {outcome.scene for outcome in outcomes}
-    open_seeds = [seed for seed in range(words.scenes) if seed not in done]
+    seeds = range(words.first, words.first + words.scenes)
+    open_seeds = [seed for seed in seeds if seed not in done]
     for of_scene in run(open_seeds, words.targets, variant, words.processes, words.posture_weight):
         log.append(path, of_scene)
         outcomes += of_scene
         reached = sum(outcome.reached for outcome in outcomes)
         print(f"{len(outcomes)} reaches, {reached} reached", end="\r", flush=True)
     print()
-    print(table([outcome for outcome in outcomes if outcome.scene < words.scenes]))
+    print(table([outcome for outcome in outcomes if outcome.scene in seeds]))
 
 
 if __name__ == "__main__":

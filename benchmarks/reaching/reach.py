@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -88,6 +88,7 @@ class Outcome:
         reversals: most changes of direction of a joint in a second.
         high_share: share of the velocities' energy above 10 Hz, second half of the motion.
         step_time: median of a step [s].
+        regrouped: it got stuck on the straight way and went by the found posture.
         followed_share: of the straight way, what some chain of legal postures was found to
             follow; None if that was not looked for: the target was reached, or the base free.
     """
@@ -116,6 +117,7 @@ class Outcome:
     reversals: int
     high_share: float
     step_time: float
+    regrouped: bool = False
     followed_share: float | None = None
 
     @property
@@ -126,12 +128,16 @@ class Outcome:
 
 @dataclass(slots=True, eq=False)
 class Motion:
-    """All states and answers of a reach, one entry a step; states have one more."""
+    """All states and answers of a reach, one entry a step; states have one more.
+
+    `regrouped` is the step from which it went for the found posture, if it had to.
+    """
 
     base: list[Array]
     q: list[Array]
     results: list[WholeBodyResult] = field(default_factory=list)
     errors: list[tuple[float, float]] = field(default_factory=list)
+    regrouped: int | None = None
 
     @property
     def arm_velocity(self) -> Array:
@@ -142,44 +148,83 @@ class Motion:
 def move(
     controller: WholeBodyController, scene: Scene, target: Target, variant: Variant
 ) -> tuple[Motion, StraightPath]:
-    """Track the straight way, then hold its end until it is reached, hopeless or too late."""
-    model, dt = controller.model, controller.dt
+    """Track the straight way and hold its end; where that gets stuck, regroup and try again.
+
+    To regroup is to go for the posture that inverse kinematics found, whatever the tool does
+    on the way, and then for the tool's target from there. Nothing plans: the collision rows
+    keep the arm off things, or in front of them.
+    """
+    model = controller.model
     controller.reset()
     motion = Motion([np.zeros(3)], [target.q_start])
     path = StraightPath(
         model.configuration(motion.base[0], target.q_start).T_world_tool, target.T_world_target
     )
-    posture = _posture(model, target, variant)
-    base = FreeBase() if variant.base_free else NavigatedBase(np.zeros(model.n_base))
-    last = np.zeros(model.n_base), np.zeros(model.n_arm)
-    still = held = 0
-    for k in range(math.ceil((path.duration + _PATIENCE) / dt)):
-        state = path.at(k * dt)
-        task = ToolTask(
-            twist=state.twist, T_world_target=state.T_world_tool, acceleration=state.acceleration
-        )
-        result = controller.step(
+    loop = _Loop(controller, scene, target, variant, motion)
+    loop.run(path, _posture(model, target, variant))
+    if not _is_there(motion.errors[-1]) and not variant.posture_found:
+        motion.regrouped = len(motion.results)
+        found = _posture(model, target, replace(variant, posture_found=True))
+        loop.run(None, found)
+        loop.run(StraightPath(target.T_world_target, target.T_world_target), found)
+    return motion, path
+
+
+class _Loop:
+    """The closed loop of a reach, one phase after the other."""
+
+    def __init__(
+        self,
+        controller: WholeBodyController,
+        scene: Scene,
+        target: Target,
+        variant: Variant,
+        motion: Motion,
+    ) -> None:
+        self._controller, self._scene, self._target = controller, scene, target
+        self._motion = motion
+        model = controller.model
+        self._base = FreeBase() if variant.base_free else NavigatedBase(np.zeros(model.n_base))
+        self._last = np.zeros(model.n_base), np.zeros(model.n_arm)
+
+    def run(self, path: StraightPath | None, posture: PostureTask) -> None:
+        """Track a path, or only the posture, until at rest there, hopeless or too late."""
+        dt, motion = self._controller.dt, self._motion
+        duration = 0.0 if path is None else path.duration
+        still = held = 0
+        for k in range(math.ceil((duration + _PATIENCE) / dt)):
+            self._step(() if path is None else (_task(path, k * dt),), posture)
+            if k * dt < duration:
+                continue
+            held = held + 1 if _is_there(motion.errors[-1]) else 0
+            fastest = max(float(np.abs(values).max()) for values in self._last)
+            still = still + 1 if fastest < _STILL else 0
+            if held * dt >= _HOLD or (still * dt >= _STUCK and held == 0):
+                return
+
+    def _step(self, tools: tuple[ToolTask, ...], posture: PostureTask) -> None:
+        model, dt, motion = self._controller.model, self._controller.dt, self._motion
+        result = self._controller.step(
             base_pose=motion.base[-1],
             q=motion.q[-1],
-            previous=last,
-            tools=(task,),
-            base=base,
+            previous=self._last,
+            tools=tools,
+            base=self._base,
             posture=posture,
-            bodies=scene.bodies,
+            bodies=self._scene.bodies,
         )
-        last = result.base, result.arm
+        self._last = result.base, result.arm
         motion.results.append(result)
         motion.base.append(_driven(model, motion.base[-1], result.base, dt))
         motion.q.append(motion.q[-1] + result.arm * dt)
-        motion.errors.append(_error(model, motion, target))
-        if k * dt < path.duration:
-            continue
-        held = held + 1 if _is_there(motion.errors[-1]) else 0
-        fastest = max(float(np.abs(values).max()) for values in last)
-        still = still + 1 if fastest < _STILL else 0
-        if held * dt >= _HOLD or (still * dt >= _STUCK and held == 0):
-            break
-    return motion, path
+        motion.errors.append(_error(model, motion, self._target))
+
+
+def _task(path: StraightPath, time: float) -> ToolTask:
+    state = path.at(time)
+    return ToolTask(
+        twist=state.twist, T_world_target=state.T_world_tool, acceleration=state.acceleration
+    )
 
 
 def judge(
@@ -230,6 +275,7 @@ def judge(
         reversals=most_reversals(velocity, dt),
         high_share=high_share(velocity[len(velocity) // 2 :], dt),
         step_time=float(np.median([result.step_time for result in results])),
+        regrouped=motion.regrouped is not None,
     )
 
 

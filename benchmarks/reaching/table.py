@@ -27,6 +27,7 @@ def table(outcomes: Sequence[Outcome]) -> str:
         f"with a free way    {sum(outcome.free for outcome in outcomes)}",
         f"legal as well      {len(outcomes)}",
         f"reached            {_share(reached, outcomes)}",
+        f"  at the first try {_share([o for o in reached if not o.regrouped], outcomes)}",
     ]
     for kind in sorted({outcome.kind for outcome in outcomes}):
         of_kind = [outcome for outcome in outcomes if outcome.kind == kind]

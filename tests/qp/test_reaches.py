@@ -24,32 +24,36 @@ DT = 1.0 / 120.0
 ROUNDING = 1e-3  # [m] that distances may pass the safe ones by
 
 
-def check(outcomes, share, open_share):
-    """What must hold of all reaches, and the shares that must get there.
-
-    `open_share` is of those along whose straight way some arm motion was found.
-    """
+def check(outcomes):
+    """What must hold of all reaches, and the shares that must get there."""
     text = table(outcomes)
     assert not any(outcome.contacts for outcome in outcomes), text
     assert min(outcome.margin for outcome in outcomes) >= -ROUNDING, text
     assert not any(outcome.limits_broken for outcome in outcomes), text
     assert max(outcome.reversals for outcome in outcomes) <= CHATTER, text
     reached = sum(outcome.reached for outcome in outcomes)
-    assert reached >= share * len(outcomes), text
-    assert reached >= open_share * sum(not outcome.is_blocked for outcome in outcomes), text
+    assert reached >= 0.9 * len(outcomes), text
+    at_once = [outcome for outcome in outcomes if outcome.reached and not outcome.regrouped]
+    assert len(at_once) >= 0.75 * len(outcomes), text
 
 
 def test_few_reaches():
     outcomes = [o for seed in range(8) for o in reaches.reaches_of_scene(seed, 3, Variant())]
     assert len(outcomes) >= 20
-    check(outcomes, 0.7, 0.9)
+    check(outcomes)
+
+
+def test_a_forearm_that_lies_along_a_board_does_not_shake():
+    """Its nearest point jumps from end to end: with one row for both it went to and fro."""
+    outcomes = reaches.reaches_of_scene(1012, 2, Variant())
+    assert outcomes[1].reached and outcomes[1].reversals <= CHATTER
 
 
 @pytest.mark.slow
 def test_many_reaches():
     outcomes = [o for found in reaches.run(range(1000, 1030), 10, Variant(), 2) for o in found]
     assert len(outcomes) >= 290
-    check(outcomes, 0.75, 0.9)
+    check(outcomes)
 
 
 @pytest.fixture(scope="module")
