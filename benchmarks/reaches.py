@@ -1,7 +1,7 @@
 """Random reaches in cluttered scenes, with the whole-body controller alone.
 
-    python -m benchmarks.reaches [--scenes 200] [--first 2000] [--targets 10] [--free-base] [--found-posture]
-        [--posture-weight 1.0] [--processes 2] [--log out/reaches.jsonl]
+    python -m benchmarks.reaches [--scenes 200] [--first 2000] [--targets 10] [--free-base]
+        [--found-posture] [--posture-weight 1.0] [--processes 2] [--log out/reaches.jsonl]
 
 Each scene has tables, shelves, pillars and things on them about the robot. A target counts if
 inverse kinematics from many random starts finds a posture there that keeps every pair's safe

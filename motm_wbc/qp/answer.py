@@ -11,6 +11,8 @@ from motm_wbc.qp.step import BRAKES_ON_ARC
 _SPEED, _ACCELERATION = int(Limit.SPEED), int(Limit.ACCELERATION)
 FREE = -1
 """Code of an input or a row that is at no limit; else it is a `Limit`."""
+ACTIVE = 0
+"""Code of a row that is at its bound."""
 _AT_BOUND = 1e-4  # [rad/s, m/s] from a bound that counts as being held by it
 _BASE_SHARE = 1e-3  # share of an input's largest change, from a bound that counts as held by it
 _UNSCALED = 1e-3  # a factor this near to a bound counts as being at it
@@ -86,7 +88,7 @@ def _report_rows(step: StepArrays, command: Array, report: IntArray) -> None:
         for c in range(rows.A.shape[1]):
             room -= rows.A[slot, c] * command[c]
         at = 2 + 3 * slot
-        report[at] = _SPEED if room <= _AT_BOUND else FREE
+        report[at] = ACTIVE if room <= _AT_BOUND else FREE
         report[at + 1], report[at + 2] = rows.slots[slot, 0], rows.slots[slot, 1]
 
 

@@ -82,7 +82,7 @@ class ProblemArrays(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """Weights, gains and safety, as in `WholeBodyParameters`; the first three by mode."""
+    """Weights, gains and safety, as in `WholeBodyParameters`; those up to `yaw` by mode."""
 
     linear: float
     angular: float

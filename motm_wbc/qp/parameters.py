@@ -20,9 +20,9 @@ class HolisticParameters(Data):
     arm_weight: PositiveWeight = 0.01
     """Weight of the arm's velocities."""
     base_weight: PositiveWeight = 0.01
-    """Weight of the base's inputs times the position error [m]."""
+    """Weight of the base's inputs, divided by the position error [m]."""
     slack_weight: PositiveWeight = 1.0
-    """Weight of the tool's slack times the position error [m]."""
+    """Weight of the tool's slack, divided by the position error [m]."""
     manipulability_weight: Weight = 1.0
     """Weight of the manipulability's gradient."""
     yaw_weight: Weight = 0.5
@@ -96,7 +96,7 @@ class WholeBodyParameters(Data):
     """Iterations after which OSQP counts as failed."""
     solver_time_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 0.01
     """Time of the processor after which a solver is not asked again [s]: daqp answers from
-    then on."""
+    then on. osqp and daqp count their iterations instead."""
     row_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-4
     """Largest violation of a collision row in an accepted answer [m/s]."""
     acceleration_penalty: PositiveWeight = 3000.0

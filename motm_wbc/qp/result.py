@@ -24,11 +24,11 @@ class WholeBodyResult:
             its last arc instead; 1.0 without navigation.
         slack: (6,) the twist that is asked of the robot's own tool less the one it gets, at
             the step's beginning, world axes [m/s, rad/s]; zero without a tool task.
-        clearance: smallest distance of the pairs within their influence distance [m];
+        clearance: smallest distance of the pairs that are near enough to be looked at [m];
             infinite if there is none.
         solve_time: wall time of the solvers [s].
         step_time: wall time of the whole step [s].
-        solver_fallback: the chosen solver failed on a problem that daqp then solved.
+        solver_fallback: daqp answered for the chosen solver, which failed or is not asked any more.
     """
 
     base: Array

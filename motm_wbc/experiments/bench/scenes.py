@@ -18,11 +18,6 @@ from motm_wbc.qp import Body
 _THICK = 0.1  # [m] of a wall
 
 
-def corridor(half_width: float, x: tuple[float, float], z: tuple[float, float]) -> Array:
-    """(6, 6) two walls along x, each of three lengths, at y = +-`half_width` [m]."""
-    return walls(half_width, x, z, (3, 1))
-
-
 def walls(
     half_width: float, x: tuple[float, float], z: tuple[float, float], cuts: tuple[int, int]
 ) -> Array:
