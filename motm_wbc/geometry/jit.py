@@ -8,11 +8,14 @@ cache, or in the folder named by the environment variable `MOTM_CACHE`.
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import getpass
 import hashlib
 import importlib.util
 import os
 import re
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -38,8 +41,14 @@ def sources_digest(path: Path, root: Path) -> str:
 
 
 def cache_root() -> Path:
-    """Folder of all compiled kernels."""
-    return Path(os.environ.get(_VARIABLE) or platformdirs.user_cache_dir("motm_wbc")) / "kernels"
+    """Folder of all compiled kernels; one for passing files where that can't be written."""
+    root = Path(os.environ.get(_VARIABLE) or platformdirs.user_cache_dir("motm_wbc")) / "kernels"
+    with contextlib.suppress(OSError):
+        root.mkdir(parents=True, exist_ok=True)
+    if os.access(root, os.W_OK):
+        return root
+    # numba would fall back to a cache beside the sources, which does not follow what they use
+    return Path(tempfile.gettempdir()) / f"motm_wbc-{getpass.getuser()}" / "kernels"
 
 
 def kernel(function: Function) -> Function:

@@ -65,7 +65,7 @@ def read_answer(
     else:
         for i in range(n_base):
             command[i] = z[i] + 0.0
-            report[i] = _code(z[i], i, problem, 0.0)
+            report[i] = _code(z[i], i, problem, _BASE_SHARE * step.base.change[i])
     for k in range(first, n):
         command[n_base + k - first] = z[k]
         report[n_base + k - first] = _code(z[k], k, problem, _AT_BOUND)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import threading
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from motm_wbc.errors import InputError
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseKind
 from motm_wbc.geometry.views import AddressTable
@@ -25,7 +29,7 @@ from motm_wbc.qp.problem import QpProblem
 from motm_wbc.qp.result import WholeBodyResult
 from motm_wbc.qp.rows import RowArrays, empty_rows
 from motm_wbc.qp.selection import empty_selection
-from motm_wbc.qp.solvers import make_solver
+from motm_wbc.qp.solvers import QpSolver, make_solver
 from motm_wbc.qp.step import PASSES_ACCELERATION, UNUSABLE, write_problem
 from motm_wbc.qp.tasks import BaseTask, FreeBase, HeldObject, LinearTask, PostureTask, ToolTask
 
@@ -41,14 +45,18 @@ class WholeBodyController:
     inputs of navigation, so that the base stays on its arc, or the base inputs themselves
     (Haviland et al., "A Holistic Approach to Reactive Mobile Manipulation", 2022).
 
+    One controller serves one robot and one thread; a copy, or one that was pickled, starts anew.
+
     Args:
         model: the robot.
         dt: control step [s].
         parameters: weights, gains and safety.
-        solver: `osqp`, `daqp`, or any other solver that qpsolvers finds installed.
+        solver: `osqp`, `daqp`, any other solver that qpsolvers finds installed, or an object
+            with the protocol `QpSolver`.
 
     Raises:
         UnknownName: there is no such solver.
+        InputError: the control step is not a positive number.
     """
 
     def __init__(
@@ -56,12 +64,13 @@ class WholeBodyController:
         model: RobotModel,
         dt: float,
         parameters: WholeBodyParameters = _DEFAULT,
-        solver: str = "osqp",
+        solver: str | QpSolver = "osqp",
     ) -> None:
-        self.model = model
-        self.dt = dt
-        self.parameters = parameters
-        self.solver = solver
+        if not 0.0 < dt < math.inf:
+            raise InputError(f"the control step is {dt} s, must be a positive number")
+        self._model, self._dt = model, dt
+        self._parameters, self._solver = parameters, solver
+        self._lock = threading.Lock()
         self._joints = JointLimits.of(model, dt, parameters.recovery_speed)
         self._base = BaseBounds(model.base_limits, model.n_base, dt)
         self._names = describe.input_names(model)
@@ -69,6 +78,30 @@ class WholeBodyController:
         count = len(self._names)
         self._sizes = count + 6, count + 2 + 3 * parameters.collision_rows
         self.reset()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies share no memory: their kernels would work on each other's arrays."""
+        return type(self), (self._model, self._dt, self._parameters, self._solver)
+
+    @property
+    def model(self) -> RobotModel:
+        """The robot."""
+        return self._model
+
+    @property
+    def dt(self) -> float:
+        """Control step [s]."""
+        return self._dt
+
+    @property
+    def parameters(self) -> WholeBodyParameters:
+        """Weights, gains and safety."""
+        return self._parameters
+
+    @property
+    def solver(self) -> str | QpSolver:
+        """The solver that is asked first."""
+        return self._solver
 
     def reset(self) -> None:
         """Forget all that was carried over from earlier steps."""
@@ -124,48 +157,53 @@ class WholeBodyController:
             age: of the state that `base_pose` and `q` tell [s].
         """
         start = time.perf_counter()
-        trouble = self._late(age) or self._take(
-            (base_pose, q, previous),
-            (base, tools, posture, extra),
-            locked,
-            (bodies, target_object, held),
-            gripper_width,
-        )
-        if trouble:
-            return self._brake(trouble, q, previous, start)
-        mode = self._free if isinstance(base, FreeBase) else self._led
-        self._last = mode
-        verdict = write_problem(mode.table, mode.led, self._differential)
-        if verdict & UNUSABLE:
-            state, tasks = (base_pose, q, previous), (base, tools, posture, extra)
-            trouble = what_is_unusable(self.model, state, tasks, held, gripper_width)
-            return self._brake(trouble or "a task's numbers are too large", q, previous, start)
-        answer = mode.ladder.solve(mode.problem, self._row_name)
-        if answer.x is None:
-            return self._brake(answer.reason, q, previous, start)
-        command, report = np.empty(self._sizes[0]), np.empty(self._sizes[1], np.int64)
-        scale = read_answer(mode.table, mode.led, verdict, _SNAP, answer.x, command, report)
-        n_base, n_inputs = self.model.n_base, len(self._names)
-        rung, passed = answer.rung, ""
-        if verdict & PASSES_ACCELERATION:
-            rung = "no_acceleration" if rung == "full" else rung
-            passed = describe.passed_accelerations(
-                self._step.state, mode.problem, self.model.arm_joints
+        if not self._lock.acquire(blocking=False):
+            return self._brake("another thread is in this controller", q, previous, start)
+        try:
+            trouble = self._late(age) or self._take(
+                (base_pose, q, previous),
+                (base, tools, posture, extra),
+                locked,
+                (bodies, target_object, held),
+                gripper_width,
             )
-        return WholeBodyResult(
-            command[:n_base],
-            command[n_base:n_inputs],
-            rung,
-            scale,
-            command[n_inputs:],
-            float(self._step.selection.clearance[0]),
-            answer.solve_time,
-            time.perf_counter() - start,
-            answer.solver_fallback,
-            passed,
-            answer,
-            describe.Situation(report, self._names, self._pair_names),
-        )
+            if trouble:
+                return self._brake(trouble, q, previous, start)
+            mode = self._free if isinstance(base, FreeBase) else self._led
+            self._last = mode
+            verdict = write_problem(mode.table, mode.led, self._differential)
+            if verdict & UNUSABLE:
+                state, tasks = (base_pose, q, previous), (base, tools, posture, extra)
+                trouble = what_is_unusable(self.model, state, tasks, held, gripper_width)
+                return self._brake(trouble or "a task's numbers are too large", q, previous, start)
+            answer = mode.ladder.solve(mode.problem, self._row_name)
+            if answer.x is None:
+                return self._brake(answer.reason, q, previous, start)
+            command, report = np.empty(self._sizes[0]), np.empty(self._sizes[1], np.int64)
+            scale = read_answer(mode.table, mode.led, verdict, _SNAP, answer.x, command, report)
+            n_base, n_inputs = self.model.n_base, len(self._names)
+            rung, passed = answer.rung, ""
+            if verdict & PASSES_ACCELERATION:
+                rung = "no_acceleration" if rung == "full" else rung
+                passed = describe.passed_accelerations(
+                    self._step.state, mode.problem, self.model.arm_joints
+                )
+            return WholeBodyResult(
+                command[:n_base],
+                command[n_base:n_inputs],
+                rung,
+                scale,
+                command[n_inputs:],
+                float(self._step.selection.clearance[0]),
+                answer.solve_time,
+                time.perf_counter() - start,
+                answer.solver_fallback,
+                passed,
+                answer,
+                describe.Situation(report, self._names, self._pair_names),
+            )
+        finally:
+            self._lock.release()
 
     def _late(self, age: float) -> str:
         """Why a sample of that age [s] is not used; empty if it is."""
@@ -227,7 +265,8 @@ class WholeBodyController:
             inputs.state,
         )
         for mode in (self._led, self._free):
-            mode.table = _TABLE.write(step._replace(weights=mode.weights, problem=mode.arrays))
+            tree = step._replace(weights=mode.weights, problem=mode.arrays)
+            mode.table, mode.tree = _TABLE.write(tree), tree
         return step
 
     def _brake(
@@ -236,11 +275,14 @@ class WholeBodyController:
         """Everything brakes as its limits allow; what was no number counts as at rest."""
         n_base, n_arm = self.model.n_base, self.model.n_arm
         last_base, last_arm = np.zeros(n_base), np.zeros(n_arm)
-        if isinstance(previous, Sequence) and len(previous) == 2:
-            if usable(previous[0], n_base):
-                last_base = np.array(previous[0], dtype=float)
-            if usable(previous[1], n_arm):
-                last_arm = np.array(previous[1], dtype=float)
+        try:
+            base, joints = previous
+        except (TypeError, ValueError):
+            base, joints = last_base, last_arm
+        if usable(base, n_base):
+            last_base = np.array(base, dtype=float)
+        if usable(joints, n_arm):
+            last_arm = np.array(joints, dtype=float)
         arm = self._joints.braked(last_arm)
         if usable(q, n_arm):
             box = self._joints.box(np.array(q, dtype=float), last_arm)
@@ -271,11 +313,13 @@ class _Mode:
         )
         self.weights = np.array(_weights(p, led, controller.dt))
         self.table = np.empty(0, dtype=np.int64)
+        self.tree: StepArrays | None = None  # keeps alive what the table has the addresses of
         model = controller.model
         names = describe.input_names(model)
         variables = ("base", *model.arm_joints) if led else names
         solver = make_solver(controller.solver, n, rows, p)
-        self.ladder = Ladder(solver, controller.solver, variables, model.n_arm, rows, p)
+        name = controller.solver if isinstance(controller.solver, str) else type(solver).__name__
+        self.ladder = Ladder(solver, name, variables, model.n_arm, rows, p)
 
 
 def _weights(p: WholeBodyParameters, led: bool, dt: float) -> Weights:

@@ -96,20 +96,21 @@ class InputArrays:
         frames = tuple([task.frame for task in tools])
         if frames != self._frames:
             self.tools, self._slots = self._empty_tools(frames)
-            self._frames = frames
             self._name_arrays()
+            self._frames = frames  # last: an interrupt in between must not be taken for done
         try:
             self._take_arrays(state, base, tools, posture)
         except TypeError:  # lists, integers and the like: legal, but not at full speed
             self._take_arrays(*_as_floats(state, base, tools, posture))
         if locked or self._locked:
-            self._take_locked(tuple(locked))
+            self._take_locked((locked,) if isinstance(locked, str) else tuple(locked))
         if extra or len(self.state.linear_target):
             self._take_extra(extra)
 
     def _name_arrays(self) -> None:
         """Where the compiled copying writes to."""
-        self._table = _TABLE.write(_Room(self.state, self.tools, self.posture))
+        room = _Room(self.state, self.tools, self.posture)
+        self._table, self._room = _TABLE.write(room), room  # which keeps the arrays alive
 
     def _take_arrays(
         self,
@@ -150,7 +151,8 @@ class InputArrays:
         return np.zeros(len(state.reference)) if inputs is None else inputs
 
     def _take_width(self, width: float | None) -> None:
-        whole = self._model.description.gripper.max_width if width is None else float(width)
+        most = self._model.description.gripper.max_width
+        whole = most if width is None else min(max(float(width), 0.0), most)
         self.state.positions[3 + self._model.n_arm :] = self._model.finger_positions(whole)
         self._width = width
 
@@ -203,6 +205,10 @@ class InputArrays:
         weights = np.concatenate([np.zeros(0), *(np.asarray(t.weights, float) for t in extra)])
         if not J.shape == (len(target), count) or len(weights) != len(target):
             raise ValueError("J, target and weights of an extra task don't fit each other")
+        if J.shape == self.state.linear_J.shape:
+            self.state.linear_J[:], self.state.linear_target[:] = J, target
+            self.state.linear_weights[:] = weights
+            return
         self.state = self.state._replace(
             linear_J=np.ascontiguousarray(J), linear_target=target, linear_weights=weights
         )

@@ -7,6 +7,7 @@ and the base's limits hold on every rung. Where no solver answers, the caller br
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -143,8 +144,9 @@ class Ladder:
         """
         if self._name in _COUNTED:
             return self._solver.solve(problem)
-        start = time.thread_time()
-        x = self._solver.solve(problem)
+        start, x = time.thread_time(), None
+        with contextlib.suppress(Exception):  # a solver of the user's own may do anything
+            x = np.array(self._solver.solve(problem), dtype=float)
         elapsed = time.thread_time() - start
         if elapsed > self._parameters.solver_time_limit:
             self._note = f"{self._name} took {elapsed:.2g} s and is not asked any more"

@@ -29,9 +29,9 @@ class HolisticParameters(Data):
     """Weight that turns the base toward the tool's bearing."""
     servo_gain: Annotated[float, Field(gt=0.0, le=100.0)] = 1.5
     """Position error = commanded speed / gain, where the task does not give it [1/s]."""
-    least_error: Annotated[float, Field(gt=0.0, le=1.0)] = 0.02
+    least_error: Annotated[float, Field(ge=1e-3, le=1.0)] = 0.02
     """Position errors below count as this [m]: the weights are their inverse."""
-    largest_error: Annotated[float, Field(gt=0.0, le=100.0)] = 2.0
+    largest_error: Annotated[float, Field(ge=0.01, le=100.0)] = 2.0
     """Position errors above count as this [m]."""
 
 
@@ -92,7 +92,7 @@ class WholeBodyParameters(Data):
 
     solver_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-5
     """Absolute tolerance of OSQP where its answer cannot be polished; the relative one is zero."""
-    solver_iterations: Annotated[int, Field(ge=10, le=100_000)] = 200
+    solver_iterations: Annotated[int, Field(ge=10, le=1000)] = 200
     """Iterations after which OSQP counts as failed."""
     solver_time_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 0.01
     """Time of the processor after which a solver is not asked again [s]: daqp answers from
@@ -100,7 +100,7 @@ class WholeBodyParameters(Data):
     row_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-4
     """Largest violation of a collision row in an accepted answer [m/s]."""
     acceleration_penalty: PositiveWeight = 3000.0
-    """Price of passing an acceleration limit, per rad/s, where nothing else is feasible. It
-    exceeds what the tasks can pay."""
+    """Price of passing an acceleration limit, per rad/s, where not everything can be kept. Only
+    its share of the next one counts."""
     collision_penalty: PositiveWeight = 30000.0
-    """Price of passing a collision row, per m/s, where nothing else is feasible."""
+    """Price of passing a collision row, per m/s, where not everything can be kept."""

@@ -74,6 +74,7 @@ class RobotSegments:
 
     def __init__(self, model: RobotModel, held: HeldObject | None) -> None:
         self.held = held
+        self._size = np.array(np.nan if held is None else held.size, dtype=float)
         self._tool_joint, self._T_joint_tool = model.tool_frame
         self.finite = True
         self.names: tuple[str, ...] = model.capsules.names
@@ -111,6 +112,8 @@ class RobotSegments:
             return True
         if held is None or mine is None or not _same_kind(held, mine):
             return False
+        if not np.array_equal(held.size, self._size):
+            return False
         self.held = held
         self.arrays.local[-1 - len(self._box) : -1] = self._in_joint_frame(held)
         return True
@@ -123,9 +126,5 @@ class RobotSegments:
 
 
 def _same_kind(first: HeldObject, second: HeldObject) -> bool:
-    """Whether two held objects differ at most in where the tool holds them."""
-    return (
-        first.name == second.name
-        and first.contact_allowed == second.contact_allowed
-        and np.array_equal(first.size, second.size)
-    )
+    """Whether two held objects differ at most in their size and where the tool holds them."""
+    return first.name == second.name and first.contact_allowed == second.contact_allowed

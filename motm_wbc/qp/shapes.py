@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from motm_wbc.errors import InputError
 from motm_wbc.geometry.arrays import Array, IntArray
 from motm_wbc.geometry.jit import inlined
-from motm_wbc.geometry.prism import outline_edges, place_edges
+from motm_wbc.geometry.prism import UX, UY, outline_edges, place_edges
+from motm_wbc.kinematics.pairs import SolidRole
 from motm_wbc.qp.bodies import Body
 
+_FLAT = 1e-9  # sine of an angle that counts as none
 BASE = -1
 """Index that stands for the robot's own base in `SceneShapes.owner`."""
 
@@ -106,6 +110,8 @@ class SceneShapes:
         return rebuilt
 
     def _build(self, bodies: tuple[Body, ...]) -> None:
+        for body in bodies:
+            _check_shape(body)
         outlines: list[Array | None] = [self._footprint]
         owner = [BASE]
         self._parts: list[slice] = []
@@ -136,12 +142,42 @@ class SceneShapes:
         arrays = self.arrays
         for index in changed:
             body, parts = self.bodies[index], self._parts[index]
+            if np.shape(body.pose) != (3,) or np.shape(body.velocity) != (3,):
+                raise InputError("pose and velocity must have three numbers", f"body {body.name!r}")
+            if body.bottom > body.top:
+                raise InputError("its bottom is above its top", f"body {body.name!r}")
             arrays.poses[parts] = body.pose
             arrays.velocity[parts] = body.velocity
             arrays.faces[parts] = body.bottom, body.top
             place_solids(arrays, parts.start, parts.stop)
         places = arrays.poses[1:], arrays.velocity, arrays.faces
         self.finite = all(bool(np.isfinite(values).all()) for values in places)
+
+
+def _check_shape(body: Body) -> None:
+    """Make sure that a body has a shape that distances can be measured to.
+
+    Raises:
+        InputError: it has not, or it is of no role.
+    """
+    where = f"body {body.name!r}"
+    if not isinstance(body.role, SolidRole):
+        raise InputError(f"its role is {body.role!r}, must be a SolidRole", where)
+    if body.radius is not None:
+        if not 0.0 <= body.radius < math.inf:
+            raise InputError(f"its radius is {body.radius}, must be a length", where)
+        return
+    if not body.outlines:
+        raise InputError("has neither an outline nor a radius", where)
+    for outline in body.outlines:
+        corners = np.asarray(outline, dtype=float)
+        if not np.isfinite(corners).all():
+            raise InputError("a corner of its outline is not finite", where)
+        edges = outline_edges(corners)
+        following = np.roll(edges, -1, axis=0)
+        turns = edges[:, UX] * following[:, UY] - edges[:, UY] * following[:, UX]
+        if turns.min() < -_FLAT or turns.max() < _FLAT:
+            raise InputError("its outlines must be convex and counter-clockwise", where)
 
 
 def _same_parts(first: Body, second: Body) -> bool:

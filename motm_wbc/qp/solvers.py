@@ -20,12 +20,14 @@ class QpSolver(Protocol):
         """The optimum (n,), or None: infeasible, or failed. Never raises."""
 
 
-def make_solver(name: str, n: int, k: int, parameters: WholeBodyParameters) -> QpSolver:
-    """The solver of that name for n variables and k collision rows.
+def make_solver(name: str | QpSolver, n: int, k: int, parameters: WholeBodyParameters) -> QpSolver:
+    """The solver of that name for n variables and k collision rows; a solver is its own.
 
     Raises:
         UnknownName: neither osqp nor daqp, nor a solver that qpsolvers finds installed.
     """
+    if not isinstance(name, str):
+        return name
     if name == "osqp":
         return OsqpSolver(n, k, parameters)
     if name == "daqp":
