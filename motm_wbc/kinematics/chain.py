@@ -216,6 +216,43 @@ def bias_acceleration(
 ) -> None:
     """Acceleration of a frame while all inputs keep their values: Jdot x.
 
+    The classical one: see `spatial_bias`, then omega x v of the frame's origin.
+
+    Args:
+        J_world: (6, n_inputs) of `input_jacobian`.
+        moved_by: (n_inputs,) nonzero for each input that moves the frame.
+        n_base: number of base inputs, the first columns.
+        x: (n_inputs,) inputs [m/s or rad/s].
+        point: (3,) the frame's origin in the world [m].
+        out: (6,) linear [m/s^2] of the point, then angular [rad/s^2], is written.
+    """
+    twist = np.empty(6)
+    spatial_bias(J_world, moved_by, n_base, x, twist, out)
+    a0, a1, a2 = point_acceleration(twist, out, point)
+    out[0], out[1], out[2] = a0, a1, a2
+
+
+@kernel
+def point_acceleration(twist: Array, spatial: Array, point: Array) -> tuple[float, float, float]:
+    """Acceleration of a body's point [m/s^2] from its spatial velocity and acceleration."""
+    p0, p1, p2 = point[0], point[1], point[2]
+    w0, w1, w2, b0, b1, b2 = twist[3], twist[4], twist[5], spatial[3], spatial[4], spatial[5]
+    u0, u1, u2 = (
+        twist[0] + w1 * p2 - w2 * p1, twist[1] + w2 * p0 - w0 * p2, twist[2] + w0 * p1 - w1 * p0
+    )  # fmt: skip
+    return (
+        spatial[0] + b1 * p2 - b2 * p1 + w1 * u2 - w2 * u1,
+        spatial[1] + b2 * p0 - b0 * p2 + w2 * u0 - w0 * u2,
+        spatial[2] + b0 * p1 - b1 * p0 + w0 * u1 - w1 * u0,
+    )
+
+
+@kernel
+def spatial_bias(
+    J_world: Array, moved_by: Array, n_base: int, x: Array, twist: Array, out: Array
+) -> None:
+    """Spatial velocity of a frame, and its spatial acceleration while all inputs are held.
+
     The sum over the joints from mount to frame of V_before x S_k x_k in spatial algebra
     (Featherstone 2008, sections 2.9 to 2.11), then omega x v of the frame's origin, which turns
     the spatial acceleration into the classical one. The base moves on an arc: its twist is
@@ -231,8 +268,8 @@ def bias_acceleration(
         moved_by: (n_inputs,) nonzero for each input that moves the frame.
         n_base: number of base inputs, the first columns.
         x: (n_inputs,) inputs [m/s or rad/s].
-        point: (3,) the frame's origin in the world [m].
-        out: (6,) linear [m/s^2] of the point, then angular [rad/s^2], is written.
+        twist: (6,) spatial velocity [m/s, rad/s], is written.
+        out: (6,) spatial acceleration [m/s^2, rad/s^2], is written.
     """
     v0, v1, v2, w0, w1, w2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     a0, a1, a2, b0, b1, b2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -251,12 +288,8 @@ def bias_acceleration(
             b2 += w0 * n1 - w1 * n0
         v0, v1, v2 = v0 + m0, v1 + m1, v2 + m2
         w0, w1, w2 = w0 + n0, w1 + n1, w2 + n2
-    p0, p1, p2 = point[0], point[1], point[2]
-    u0, u1, u2 = v0 + w1 * p2 - w2 * p1, v1 + w2 * p0 - w0 * p2, v2 + w0 * p1 - w1 * p0
-    out[0] = a0 + b1 * p2 - b2 * p1 + w1 * u2 - w2 * u1
-    out[1] = a1 + b2 * p0 - b0 * p2 + w2 * u0 - w0 * u2
-    out[2] = a2 + b0 * p1 - b1 * p0 + w0 * u1 - w1 * u0
-    out[3], out[4], out[5] = b0, b1, b2
+    twist[0], twist[1], twist[2], twist[3], twist[4], twist[5] = v0, v1, v2, w0, w1, w2
+    out[0], out[1], out[2], out[3], out[4], out[5] = a0, a1, a2, b0, b1, b2
 
 
 @kernel

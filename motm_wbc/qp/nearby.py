@@ -13,6 +13,7 @@ from motm_wbc.geometry.distance import segment_cylinder, segment_prism, segment_
 from motm_wbc.geometry.jit import inlined
 from motm_wbc.geometry.outlines import facing_end, outline_disc, outline_outline
 from motm_wbc.kinematics import RobotModel
+from motm_wbc.kinematics.chain import spatial_bias
 from motm_wbc.qp.bodies import Body
 from motm_wbc.qp.dampers import Dampers, scene_dampers, self_pairs
 from motm_wbc.qp.parameters import WholeBodyParameters
@@ -54,6 +55,7 @@ class NearArrays(NamedTuple):
         box_low: (k, 3) least corner of the axis-aligned box about each segment [m].
         box_high: (k, 3) its largest corner [m].
         twist: (k, 6) spatial velocity of each segment by the last inputs [m/s, rad/s].
+        bias: (k, 6) its spatial acceleration while these are held [m/s^2, rad/s^2].
         speed: (k,) that no point of a segment's surface passes [m/s].
         solids: (s,) numbers of the solids that any segment could be near to.
         pair: (c, 2) segment, and solid or, counted on behind these, other segment.
@@ -68,6 +70,7 @@ class NearArrays(NamedTuple):
     box_low: Array
     box_high: Array
     twist: Array
+    bias: Array
     speed: Array
     solids: IntArray
     pair: IntArray
@@ -127,15 +130,15 @@ def rough_pairs(
 
 @inlined
 def move_segments(
-    segments: SegmentArrays, J_world: Array, previous: Array, near: NearArrays
+    segments: SegmentArrays, J_world: Array, n_base: int, previous: Array, near: NearArrays
 ) -> None:
     """Write how the segments move by the last inputs (n_inputs,)."""
     for k in range(len(segments.joint)):
         twist = near.twist[k]
-        for row in range(6):
-            twist[row] = 0.0
-            for c in range(len(previous)):
-                twist[row] += segments.moved_by[k, c] * J_world[row, c] * previous[c]
+        if k > 0 and segments.joint[k] == segments.joint[k - 1] and not segments.on_base[k]:
+            twist[:], near.bias[k, :] = near.twist[k - 1], near.bias[k - 1]
+        else:
+            spatial_bias(J_world, segments.moved_by[k], n_base, previous, twist, near.bias[k])
         turning = math.sqrt(twist[3] ** 2 + twist[4] ** 2 + twist[5] ** 2)
         fastest = 0.0
         for e in range(2):
@@ -322,6 +325,7 @@ class Neighbourhood:
             box_low=np.zeros((count, 3)),
             box_high=np.zeros((count, 3)),
             twist=np.zeros((count, 6)),
+            bias=np.zeros((count, 6)),
             speed=np.zeros(count),
             solids=np.zeros(parts, dtype=np.int64),
             pair=np.zeros((room, 2), dtype=np.int64),

@@ -22,7 +22,7 @@ import numpy as np
 from motm_wbc.geometry.arrays import Array, BoolArray, IntArray
 from motm_wbc.geometry.braking import stopping_speed
 from motm_wbc.geometry.jit import inlined
-from motm_wbc.kinematics.chain import bias_acceleration
+from motm_wbc.kinematics.chain import point_acceleration
 from motm_wbc.qp.limits import BaseArrays
 from motm_wbc.qp.nearby import NearArrays, PairArrays
 from motm_wbc.qp.problem import NO_BOUND
@@ -80,8 +80,6 @@ def write_rows(
     base: BaseArrays,
     J_world: Array,
     lead: Array,
-    previous: Array,
-    bias: Array,
     retreat_speed: float,
     dt: float,
     rows: RowArrays,
@@ -98,8 +96,6 @@ def write_rows(
         base: limits of the base's inputs.
         J_world: (6, n_inputs) of the robot.
         lead: (n_base,) base inputs that are asked for, or were last.
-        previous: (n_inputs,) last commanded inputs.
-        bias: (6,) work space.
         retreat_speed: largest speed with which a pair too near is led apart [m/s].
         dt: control step [s].
         rows: is written.
@@ -121,7 +117,7 @@ def write_rows(
             limit = _base_stop(rows.A[slot], room, lead, base, dt)
         if j < parts:
             limit += solid_speed(scene, j, contact)
-        gain = _gain_of_step(segments, parts, contact, i, j, len(lead), J_world, previous, bias)
+        gain = _gain_of_step(near, parts, contact, i, j)
         limit -= 0.5 * dt * max(gain, 0.0)
         # what stands on the base stops; to flee is navigation's business
         rows.bound[slot] = max(limit, 0.0) if stands else limit
@@ -186,35 +182,26 @@ def _rate_row(
 
 
 @inlined
-def _gain_of_step(
-    segments: SegmentArrays,
-    parts: int,
-    contact: Array,
-    i: int,
-    j: int,
-    n_base: int,
-    J_world: Array,
-    previous: Array,
-    bias: Array,
-) -> float:
+def _gain_of_step(near: NearArrays, parts: int, contact: Array, i: int, j: int) -> float:
     """How much faster a pair comes nearer by the end of a second of the last inputs [m/s^2].
 
     Held inputs move points on curves. Over a step the pair comes nearer by dt/2 times this
     than its row says; at d_s, where the row allows nothing, that would go on step by step
     until the row leads out as fast.
     """
-    point = contact[1:4]
-    gain = 0.0
-    for side in range(2):
-        body, sign = (i, 1.0) if side == 0 else (j - parts, -1.0)
-        if side == 1 and j == 0:
-            body = len(segments.joint) - 1  # the base itself
-        if body < 0:
-            continue
-        moved_by = segments.moved_by[body]
-        bias_acceleration(J_world, moved_by, n_base, previous, point, bias)
-        gain += sign * (contact[4] * bias[0] + contact[5] * bias[1] + contact[6] * bias[2])
+    gain = _acceleration_along(near, i, contact)
+    if j >= parts:
+        return gain - _acceleration_along(near, j - parts, contact)
+    if j == 0:
+        return gain - _acceleration_along(near, len(near.twist) - 1, contact)
     return gain
+
+
+@inlined
+def _acceleration_along(near: NearArrays, k: int, contact: Array) -> float:
+    """Acceleration of a segment's point at a contact, along its normal [m/s^2]."""
+    a, b, c = point_acceleration(near.twist[k], near.bias[k], contact[1:4])
+    return float(contact[4] * a + contact[5] * b + contact[6] * c)
 
 
 @inlined

@@ -21,6 +21,7 @@ from motm_wbc.qp.nearby import FIRST, NEAREST, SECOND, NearArrays, PairArrays, m
 from motm_wbc.qp.segments import SegmentArrays
 from motm_wbc.qp.shapes import SceneArrays
 
+_TILTED = 0.3  # sine of the angle to a face from which a capsule does not lie along it
 _SAME_POINT = 1e-2  # [m] between points that count as one
 NO_PAIR = -1
 """Stands for a pair that there is not."""
@@ -133,12 +134,22 @@ def _add_end(
     is_base = k == len(segments.joint) - 1
     if j >= len(scene.radius) or segments.is_held[k] or (segments.on_base[k] and not is_base):
         return False
+    if not is_base and _is_tilted_away(near.contact[c], near.ends[k, place - FIRST]):
+        return False
     near.pair[count, 0], near.pair[count, 1], near.place[count] = k, j, place
     measure(segments, scene, near, count)
     squared = 0.0
     for axis in range(1, 4):
         squared += (near.contact[count, axis] - near.contact[c, axis]) ** 2
     return squared >= _SAME_POINT * _SAME_POINT and _within_reach(pairs, near, count)
+
+
+@inlined
+def _is_tilted_away(contact: Array, end: Array) -> bool:
+    """Whether a segment is so steep to a face that its nearest point can't jump to this end."""
+    x, y, z = end[0] - contact[1], end[1] - contact[2], end[2] - contact[3]
+    away = -(x * contact[4] + y * contact[5] + z * contact[6])
+    return bool(away > 0.0 and away * away > _TILTED * _TILTED * (x * x + y * y + z * z))
 
 
 @inlined

@@ -122,7 +122,7 @@ def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
     place_segments(step.segments, state.rotations, state.translations, step.near.ends)
     # where somebody navigates, the base's body is theirs
     count = rough_pairs(step.segments, step.scene, step.pairs, not led, step.near)
-    move_segments(step.segments, state.J_world, state.previous, step.near)
+    move_segments(step.segments, state.J_world, len(state.reference), state.previous, step.near)
     chosen = choose_pairs(
         step.segments, step.scene, step.pairs, step.near, count, step.base.change[0] / weights.dt,
         weights.retreat_speed, int(weights.held_rows), weights.dt, step.selection,
@@ -131,7 +131,7 @@ def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
     asked = state.reference if led else state.lead
     write_rows(
         step.segments, step.scene, step.pairs, step.near, step.selection, chosen, step.base,
-        state.J_world, asked, state.previous, state.bias, weights.retreat_speed, weights.dt,
+        state.J_world, asked, weights.retreat_speed, weights.dt,
         step.rows,
     )  # fmt: skip
 

@@ -78,7 +78,7 @@ class Finder:
         )  # fmt: skip
         write_rows(
             segments, scene, self.pairs, near, self.selection, chosen, self.base, here.J_world,
-            lead, np.zeros(self.rows.A.shape[1]), np.empty(6), p.retreat_speed, 1 / 120,
+            lead, p.retreat_speed, 1 / 120,
             self.rows,
         )  # fmt: skip
         return self.rows
