@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import getpass
 import hashlib
 import importlib.util
 import os
@@ -48,7 +47,7 @@ def cache_root() -> Path:
     if os.access(root, os.W_OK):
         return root
     # numba would fall back to a cache beside the sources, which does not follow what they use
-    return Path(tempfile.gettempdir()) / f"motm_wbc-{getpass.getuser()}" / "kernels"
+    return Path(tempfile.gettempdir()) / f"motm_wbc-{os.getuid()}" / "kernels"
 
 
 def kernel(function: Function) -> Function:

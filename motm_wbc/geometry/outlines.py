@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 from motm_wbc.geometry.prism import LENGTH, NX, NY, UX, UY, X, Y
 
 _SIDE_BY_SIDE = 0.95  # cosine of the angle up to which edges count as facing each other
@@ -25,9 +25,10 @@ def outline_outline(first: Array, second: Array, out: Array) -> None:
             first to the second, is written.
     """
     out[0] = -math.inf
-    _part_along(first, second, 1.0, out)
-    _part_along(second, first, -1.0, out)
-    if out[0] <= 0.0:
+    beside = _part_along(first, second, 1.0, out, False)
+    beside = _part_along(second, first, -1.0, out, beside)
+    # a corner beside an edge is as near as the edge's line: nothing is nearer
+    if out[0] <= 0.0 or beside:
         return
     out[0] = math.inf
     for i in range(len(first)):
@@ -54,15 +55,19 @@ def outline_disc(outline: Array, x: float, y: float, radius: float, out: Array) 
     out[0] -= radius
 
 
-@kernel
+@inlined
 def _height(edge: Array, x: float, y: float) -> float:
     """How far a point is outside of an edge's line [m]."""
     return float(edge[NX] * (x - edge[X]) + edge[NY] * (y - edge[Y]))
 
 
-@kernel
-def _part_along(own: Array, other: Array, side: float, out: Array) -> None:
-    """Keep the edge of `own` whose normal parts the two best; `side` -1: own is the second."""
+@inlined
+def _part_along(own: Array, other: Array, side: float, out: Array, beside: bool) -> bool:
+    """Keep the edge of `own` whose normal parts the two best; `side` -1: own is the second.
+
+    Returns whether the nearest corner of `other` lies beside the edge that is kept, between
+    its ends; `beside` if none is better than before.
+    """
     for i in range(len(own)):
         least, corner = math.inf, 0
         for j in range(len(other)):
@@ -72,12 +77,15 @@ def _part_along(own: Array, other: Array, side: float, out: Array) -> None:
         if least > out[0]:
             nx, ny = side * own[i, NX], side * own[i, NY]
             x, y = other[corner, X], other[corner, Y]
+            along = own[i, UX] * (x - own[i, X]) + own[i, UY] * (y - own[i, Y])
+            beside = 0.0 <= along <= own[i, LENGTH]
             if side > 0.0:  # the point of the first is the other's corner, moved onto the edge
                 x, y = x - least * nx, y - least * ny
             out[0], out[1], out[2], out[3], out[4] = least, x, y, nx, ny
+    return beside
 
 
-@kernel
+@inlined
 def _near_point(x: float, y: float, outline: Array, of_first: bool, out: Array) -> None:
     """Keep the nearest point of an outline to a corner of the other, if it is nearer."""
     for i in range(len(outline)):
@@ -86,8 +94,9 @@ def _near_point(x: float, y: float, outline: Array, of_first: bool, out: Array) 
         along = min(max(along, 0.0), edge[LENGTH])
         px, py = edge[X] + along * edge[UX], edge[Y] + along * edge[UY]
         dx, dy = px - x, py - y
-        distance = math.hypot(dx, dy)
-        if distance < out[0]:
+        squared = dx * dx + dy * dy
+        if squared < out[0] * out[0]:
+            distance = math.sqrt(squared)
             if distance > 0.0:
                 nx, ny = dx / distance, dy / distance
             else:
@@ -136,7 +145,7 @@ def facing_end(first: Array, second: Array, at_low_end: bool, out: Array) -> boo
     return True
 
 
-@kernel
+@inlined
 def _edge_along(outline: Array, nx: float, ny: float) -> int:
     """The edge whose normal points most along a direction."""
     best, most = 0, -math.inf

@@ -70,6 +70,7 @@ class Executive:
         self._controller = WholeBodyController(
             model, dt, parameters.whole_body, solver=parameters.solver
         )
+        self._controller.warm_up()
         self._arm = ArmLead(scenario, model, parameters.reach, parameters.grasp, dt)
         self._base = BaseLead(
             method,

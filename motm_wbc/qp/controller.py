@@ -31,7 +31,15 @@ from motm_wbc.qp.rows import RowArrays, empty_rows
 from motm_wbc.qp.selection import empty_selection
 from motm_wbc.qp.solvers import QpSolver, make_solver
 from motm_wbc.qp.step import PASSES_ACCELERATION, UNUSABLE, write_problem
-from motm_wbc.qp.tasks import BaseTask, FreeBase, HeldObject, LinearTask, PostureTask, ToolTask
+from motm_wbc.qp.tasks import (
+    BaseTask,
+    FreeBase,
+    HeldObject,
+    LinearTask,
+    NavigatedBase,
+    PostureTask,
+    ToolTask,
+)
 
 _DEFAULT = WholeBodyParameters()
 _TABLE = AddressTable(PROTOTYPE)
@@ -70,7 +78,6 @@ class WholeBodyController:
             raise InputError(f"the control step is {dt} s, must be a positive number")
         self._model, self._dt = model, dt
         self._parameters, self._solver = parameters, solver
-        self._lock = threading.Lock()
         self._joints = JointLimits.of(model, dt, parameters.recovery_speed)
         self._base = BaseBounds(model.base_limits, model.n_base, dt)
         self._names = describe.input_names(model)
@@ -103,8 +110,22 @@ class WholeBodyController:
         """The solver that is asked first."""
         return self._solver
 
+    def warm_up(self) -> None:
+        """Compile, or load, all that a step may need; to be called before a control loop starts.
+
+        The first time on a machine that takes about half a minute, later a tenth of a second.
+        """
+        model = self._model
+        last = np.zeros(model.n_base), np.zeros(model.n_arm)
+        for base in (NavigatedBase(last[0]), FreeBase()):
+            self.step(base_pose=np.zeros(3), q=model.home, previous=last, base=base)
+            self._last.ladder.warm_up(self._last.problem)
+        self._brake("", model.home, last, time.perf_counter())
+        self.reset()
+
     def reset(self) -> None:
-        """Forget all that was carried over from earlier steps."""
+        """Forget all that was carried over from earlier steps. Not while a step runs."""
+        self._lock = threading.Lock()
         model, parameters = self.model, self.parameters
         self._neighbourhood = Neighbourhood(model, parameters)
         self._inputs = InputArrays(model)
@@ -208,8 +229,11 @@ class WholeBodyController:
     def _late(self, age: float) -> str:
         """Why a sample of that age [s] is not used; empty if it is."""
         limit = self.parameters.largest_age
-        if isinstance(age, (int, float)) and age <= limit:
-            return ""
+        try:
+            if float(age) <= limit:
+                return ""
+        except (TypeError, ValueError):
+            pass
         return f"the state is {age} s old, at most {limit:g} s is legal"
 
     def _take(
@@ -277,7 +301,7 @@ class WholeBodyController:
         last_base, last_arm = np.zeros(n_base), np.zeros(n_arm)
         try:
             base, joints = previous
-        except (TypeError, ValueError):
+        except Exception:  # whatever it is: there is a command in every case
             base, joints = last_base, last_arm
         if usable(base, n_base):
             last_base = np.array(base, dtype=float)

@@ -116,7 +116,9 @@ def scene_dampers(
                 )
             )
     for body_index in owner.tolist():
-        classes.append(None if body_index == BASE else parameters.pairs.base_scene)
+        is_held = held is not None and body_index != BASE and bodies[body_index].name == held.name
+        own = body_index == BASE or is_held
+        classes.append(None if own else parameters.pairs.base_scene)
     return Dampers.of(classes, model, parameters).reshape(len(segments.names), len(owner))
 
 

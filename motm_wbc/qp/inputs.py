@@ -47,6 +47,11 @@ class InputArrays:
     def __init__(self, model: RobotModel) -> None:
         self._model = model
         self._names = input_names(model)
+        self._start_anew()
+
+    def _start_anew(self) -> None:
+        """Empty room, as nothing had been taken over yet."""
+        model = self._model
         self._frames: tuple[str | None, ...] = ()
         self._locked: tuple[str, ...] = ()
         self._width: float | None = -1.0
@@ -79,6 +84,7 @@ class InputArrays:
             f=np.zeros(count),
         )
         self._name_arrays()
+        self._whole = True
 
     def take(
         self, state: State, tasks: Tasks, locked: Sequence[str], gripper_width: float | None
@@ -90,6 +96,9 @@ class InputArrays:
         Raises:
             Exception: of many kinds, if something has a wrong shape or type.
         """
+        if not self._whole:  # what was interrupted, or refused, left something half done
+            self._start_anew()
+        self._whole = False
         base, tools, posture, extra = tasks
         if gripper_width != self._width:
             self._take_width(gripper_width)
@@ -97,7 +106,7 @@ class InputArrays:
         if frames != self._frames:
             self.tools, self._slots = self._empty_tools(frames)
             self._name_arrays()
-            self._frames = frames  # last: an interrupt in between must not be taken for done
+            self._frames = frames
         try:
             self._take_arrays(state, base, tools, posture)
         except TypeError:  # lists, integers and the like: legal, but not at full speed
@@ -106,6 +115,7 @@ class InputArrays:
             self._take_locked((locked,) if isinstance(locked, str) else tuple(locked))
         if extra or len(self.state.linear_target):
             self._take_extra(extra)
+        self._whole = True
 
     def _name_arrays(self) -> None:
         """Where the compiled copying writes to."""

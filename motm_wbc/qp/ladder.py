@@ -92,6 +92,11 @@ class Ladder:
         self._soft = ElasticProblem(n, n_arm, k, parameters, soft_rows=True)
         self._note = ""
 
+    def warm_up(self, problem: QpProblem) -> None:
+        """Compile, or load, what the lower rungs need."""
+        self._firm.solve(problem)
+        self._soft.solve(problem)
+
     def solve(self, problem: QpProblem, row_name: Callable[[int], str]) -> Answer:
         """The best command that the first feasible rung has.
 

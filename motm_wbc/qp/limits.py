@@ -29,7 +29,7 @@ class JointArrays(NamedTuple):
         upper: positions [rad or m].
         v_max: speeds [rad/s or m/s].
         a_max: accelerations [rad/s^2 or m/s^2].
-        recovery: largest speeds back into the range [rad/s or m/s].
+        recovery: speeds back into the range that are asked for [rad/s or m/s].
     """
 
     lower: Array
@@ -174,7 +174,7 @@ class JointLimits:
         v_max: (n,) speed limits [rad/s or m/s].
         a_max: (n,) acceleration limits [rad/s^2 or m/s^2].
         dt: control step [s].
-        recovery_speed: largest speed back into the range [rad/s or m/s].
+        recovery_speed: speed back into the range that is asked for [rad/s or m/s].
     """
 
     def __init__(

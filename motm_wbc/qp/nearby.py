@@ -109,8 +109,11 @@ def rough_pairs(
         for index in range(n_solids):
             j = near.solids[index]
             reach = pairs.reach[k, j]
-            if reach == -math.inf or (k == base and scene.box_low[j, 2] >= base_height):
+            if reach == -math.inf:
                 continue
+            low_enough = scene.box_low[j, 2] < base_height
+            if k == base and not (low_enough and scene.box_high[j, 2] > 0.0):
+                continue  # over the base, or the floor that it stands on
             gap = _gap(low, high, scene.box_low[j], scene.box_high[j])
             if gap < reach:
                 near.pair[count, 0], near.pair[count, 1] = k, j
@@ -130,7 +133,12 @@ def rough_pairs(
 
 @inlined
 def move_segments(
-    segments: SegmentArrays, J_world: Array, n_base: int, previous: Array, near: NearArrays
+    segments: SegmentArrays,
+    scene: SceneArrays,
+    J_world: Array,
+    n_base: int,
+    previous: Array,
+    near: NearArrays,
 ) -> None:
     """Write how the segments move by the last inputs (n_inputs,)."""
     for k in range(len(segments.joint)):
@@ -148,6 +156,13 @@ def move_segments(
             w = twist[2] + twist[3] * y - twist[4] * x
             fastest = max(fastest, math.sqrt(u * u + v * v + w * w))
         near.speed[k] = fastest + turning * segments.radius[k]
+    base, pose = len(segments.joint) - 1, scene.poses[0]
+    x = max(scene.box_high[0, 0] - pose[0], pose[0] - scene.box_low[0, 0])
+    y = max(scene.box_high[0, 1] - pose[1], pose[1] - scene.box_low[0, 1])
+    speed = 0.0
+    for c in range(n_base - 1):
+        speed += abs(previous[c])
+    near.speed[base] = speed + abs(previous[n_base - 1]) * math.hypot(x, y)
 
 
 @inlined

@@ -88,7 +88,7 @@ class WholeBodyParameters(Data):
     largest_age: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     """Age of a sensor sample above which the controller brakes [s]."""
     recovery_speed: Annotated[float, Field(gt=0.0, le=5.0)] = 0.2
-    """Largest speed with which a joint outside its range comes back [rad/s]."""
+    """Speed with which a joint outside its range is led back [rad/s]."""
 
     solver_tolerance: Annotated[float, Field(gt=0.0, le=1e-2)] = 1e-5
     """Absolute tolerance of OSQP where its answer cannot be polished; the relative one is zero."""

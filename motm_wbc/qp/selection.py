@@ -188,8 +188,8 @@ def _rank(
         rank = min(rank, stopping_speed(room, brakes, dt))
     if near.measured[c]:
         return rank - _closing_speed(segments, scene, near, c)
-    if j == 0 or i == len(segments.joint) - 1:
-        return -math.inf  # few, and the base has no ends to tell its speed by
+    if j == 0:
+        return -math.inf  # few, and both may move
     if j >= parts:
         return rank - float(near.speed[i] + near.speed[j - parts])
     return rank - float(near.speed[i]) - _largest_speed(scene, j)

@@ -122,7 +122,9 @@ def _write_rows(led: bool, weights: Weights, step: StepArrays) -> None:
     place_segments(step.segments, state.rotations, state.translations, step.near.ends)
     # where somebody navigates, the base's body is theirs
     count = rough_pairs(step.segments, step.scene, step.pairs, not led, step.near)
-    move_segments(step.segments, state.J_world, len(state.reference), state.previous, step.near)
+    move_segments(
+        step.segments, step.scene, state.J_world, len(state.reference), state.previous, step.near
+    )
     chosen = choose_pairs(
         step.segments, step.scene, step.pairs, step.near, count, step.base.change[0] / weights.dt,
         weights.retreat_speed, int(weights.held_rows), weights.dt, step.selection,

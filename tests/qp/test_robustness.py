@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import sys
 import threading
 from dataclasses import replace
 
@@ -177,3 +178,56 @@ def test_no_weight_makes_a_limit_give_way_that_could_be_kept(frankie, box, weigh
         x = np.concatenate((result.base, result.arm))
         excess.append((rows.A @ x - rows.bound).max())
     assert excess[1] <= excess[0] + 1e-3
+
+
+@pytest.mark.parametrize("place", range(0, 140, 3))
+def test_an_interrupt_anywhere_leaves_a_controller_that_answers_as_a_new_one(frankie, box, place):
+    """Ctrl-C at some line of taking over the input; then a step with other tasks and bodies."""
+    table = box("table", 0.8, 0.0, (0.3, 0.4, 0.4), role=SolidRole.SUPPORT)
+    up = ToolTask(np.array([0, 0, 0.1, 0, 0, 0]), frame="panda_link5")
+    first = {"bodies": [table], "tools": [up], "locked": ["panda_joint3"], "base": FreeBase()}
+    held = HeldObject("thing", np.full(3, 0.04), np.eye(4))
+    controller, count = WholeBodyController(frankie, DT, solver="daqp"), 0
+    step(controller, held=held)
+
+    def trace(frame, event, _):
+        nonlocal count
+        if "motm_wbc/qp" not in frame.f_code.co_filename.replace("\\", "/"):
+            return None
+        count += event == "line"
+        if count > place:
+            raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        step(controller, **first)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        sys.settrace(before)
+    controller._lock = threading.Lock()  # as `reset` does
+    for arguments in ({"held": held}, first, {}):
+        mine = step(controller, **arguments)
+        fresh = step(WholeBodyController(frankie, DT, solver="daqp"), **arguments)
+        assert (mine.rung, mine.reason) == (fresh.rung, fresh.reason)
+        np.testing.assert_allclose(mine.arm, fresh.arm, atol=1e-9)
+        np.testing.assert_allclose(mine.base, fresh.base, atol=1e-9)
+
+
+def test_a_floor_is_no_wall_for_the_base(frankie, box):
+    floor = box("floor", 0.0, 0.0, (10.0, 10.0, 0.05), bottom=-0.05, role=SolidRole.SUPPORT)
+    result = step(WholeBodyController(frankie, DT), base=FreeBase(), bodies=[floor])
+    assert result.rung == "full" and "base - floor" not in result.active
+    assert result.clearance > 0.0
+
+
+def test_what_raises_on_being_read_is_braked_for(frankie):
+    class Touchy:
+        def __array__(self, *_, **__):
+            raise RuntimeError("not here")
+
+    for arguments in ({"q": Touchy()}, {"previous": Touchy()}, {"age": np.float32(0.2)}):
+        assert step(WholeBodyController(frankie, DT), **arguments).rung == "brake"
+    assert step(WholeBodyController(frankie, DT), age=np.float32(0.01)).rung == "full"
