@@ -55,9 +55,10 @@ class InputArrays:
         self._frames: tuple[str | None, ...] = ()
         self._locked: tuple[str, ...] = ()
         self._width: float | None = -1.0
-        self._has_posture = False
+        self._has_posture = self._base_preferred = False
         n_base, n_arm = model.n_base, model.n_arm
         self._no_lower, self._no_upper = np.full(n_arm, -np.inf), np.full(n_arm, np.inf)
+        self._no_inputs = np.zeros(n_base)
         count, frames = n_base + n_arm, len(model.chain.parent)
         self.posture = PostureArrays(
             np.zeros(n_arm), np.zeros(n_arm), np.full(n_arm, -np.inf), np.full(n_arm, np.inf)
@@ -152,13 +153,17 @@ class InputArrays:
 
     def _preferred(self, base: FreeBase) -> Array:
         """Take over what a free base prefers; returns its inputs."""
+        prefers = base.inputs is not None or base.heading is not None
+        if not prefers and not self._base_preferred:
+            return self._no_inputs
+        self._base_preferred = prefers
         state, inputs = self.state, base.inputs
-        weights = 0.0 if inputs is None else 1.0
-        state.input_weights[:] = weights if base.input_weights is None else base.input_weights
+        weights = 1.0 if base.input_weights is None else base.input_weights
+        state.input_weights[:] = 0.0 if inputs is None else weights
         state.heading[:] = 0.0
         if base.heading is not None:
             state.heading[:] = base.heading_weight, base.heading_gain, base.heading
-        return np.zeros(len(state.reference)) if inputs is None else inputs
+        return self._no_inputs if inputs is None else inputs
 
     def _take_width(self, width: float | None) -> None:
         most = self._model.description.gripper.max_width

@@ -161,21 +161,16 @@ class Ladder:
         """The answer clipped to its box, if it is one and keeps the collision rows."""
         if x is None or x.shape != problem.f.shape:
             return None
-        inside = np.empty_like(x)
-        valid = _accept(
-            x, problem.A, problem.lower, problem.upper, self._parameters.row_tolerance, inside
-        )
-        return inside if valid else None
+        valid = _accept(x, problem.A, problem.lower, problem.upper, self._parameters.row_tolerance)
+        return x if valid else None
 
 
 @kernel
-def _accept(
-    x: Array, A: Array, lower: Array, upper: Array, tolerance: float, inside: Array
-) -> bool:
-    """Clip `x` (n,) to its box, into `inside`; whether it is finite and keeps all limits."""
+def _accept(x: Array, A: Array, lower: Array, upper: Array, tolerance: float) -> bool:
+    """Clip `x` (n,) to its box, in place; whether it is finite and keeps all limits."""
     n = len(x)
     for i in range(n):
         if not math.isfinite(x[i]) or not lower[i] <= upper[i] + ROUNDING:
             return False
-    clip(x, lower[:n], upper[:n], inside)
-    return bool(excess(A, upper[n:], inside) <= tolerance)
+    clip(x, lower[:n], upper[:n], x)
+    return bool(excess(A, upper[n:], x) <= tolerance)

@@ -85,7 +85,7 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
         problem.f[:] = state.f
         problem.A[:, :] = step.rows.A
     first = 1 if led else n_base
-    _write_box(led, verdict, first, weights.dt, step, problem)
+    _write_box(led, first, weights.dt, step)
     n = first + n_arm
     for slot in range(len(step.rows.bound)):
         problem.upper[n + slot] = step.rows.bound[slot]
@@ -96,8 +96,11 @@ def write_problem(table: IntArray, led: bool, differential: bool) -> int:
 
 @inlined
 def _choose_lead(led: bool, step: StepArrays) -> int:
-    """Write the base inputs that are scaled, or for free inputs those that count as asked for."""
-    state = step.state
+    """Write the base inputs that are scaled, and the bounds of their factor.
+
+    For free inputs: those that count as asked for.
+    """
+    state, problem = step.state, step.problem
     n_base = len(state.reference)
     if not led:
         state.lead[:] = state.previous[:n_base]
@@ -108,7 +111,9 @@ def _choose_lead(led: bool, step: StepArrays) -> int:
         locked = locked or (state.locked[i] != 0.0 and state.reference[i] != 0.0)
     if least <= most and not locked:
         state.lead[:] = state.reference
+        problem.lower[0], problem.upper[0] = least, most
         return READY
+    problem.lower[0], problem.upper[0] = 1.0, 1.0
     brake_on_arc(step.base, state.previous[:n_base], state.lead)
     return BRAKES_ON_ARC
 
@@ -199,10 +204,9 @@ def _add_free_base(weights: Weights, error: float, step: StepArrays) -> None:
 
 
 @inlined
-def _write_box(
-    led: bool, verdict: int, first: int, dt: float, step: StepArrays, problem: ProblemArrays
-) -> None:
-    """Write the bounds of all variables; the arm's begin at `first`."""
+def _write_box(led: bool, first: int, dt: float, step: StepArrays) -> None:
+    """Write the bounds of all variables but the base's factor; the arm's begin at `first`."""
+    problem = step.problem
     state, n = step.state, len(problem.f)
     n_base = len(state.reference)
     joint_box(
@@ -217,13 +221,9 @@ def _write_box(
         if state.locked[n_base + i] != 0.0:
             _lock(problem, k)
     if led:
-        least, most = 1.0, 1.0
-        if verdict == READY:
-            least, most = scale_interval(step.base, state.reference, state.previous[:n_base])
-        problem.lower[0], problem.upper[0] = least, most
         problem.lower_kind[0], problem.upper_kind[0] = _ACCELERATION, _ACCELERATION
         for i in range(n_base):
-            speed, room = most * state.lead[i], _NOTABLE
+            speed, room = problem.upper[0] * state.lead[i], _NOTABLE
             if speed >= step.base.fastest[i] - room or speed <= step.base.slowest[i] + room:
                 problem.upper_kind[0] = _SPEED
     else:
