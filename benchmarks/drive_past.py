@@ -54,6 +54,9 @@ _LONGER = 0.25  # [m] that is driven on after the foreseen end of the hold
 _DOWN = np.diag([1.0, -1.0, -1.0])
 
 
+_DEFAULT = WholeBodyParameters()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
     """What a drive looked like, one entry a control step.
@@ -126,7 +129,7 @@ def drive(
     inputs: tuple[float, float],
     length: float,
     axis_weights: tuple[float, ...] = YAW_FREE,
-    parameters: WholeBodyParameters | None = None,
+    parameters: WholeBodyParameters = _DEFAULT,
     solver: str = "daqp",
 ) -> Track:
     """Drive along an arc and hold a pose as long as it goes.
@@ -156,44 +159,14 @@ def drive(
         raise ValueError("the arm can't hold the pose anywhere on the base's way")
     steps = round((_SPACING * len(hold.q) + _LONGER) / inputs[0] / DT)
     lead = base_inputs(model, inputs)
-    controller = WholeBodyController(
-        model, DT, parameters=parameters or WholeBodyParameters(), solver=solver
-    )
+    controller = WholeBodyController(model, DT, parameters, solver)
     wanted = model.posture
     posture = PostureTask(wanted.value, wanted.weight, wanted.lower, wanted.upper)
     tool = ToolTask(T_world_target=T_world_target, gain=GAIN, weights=np.array(axis_weights))
-    base, q = way[hold.first], hold.q[0]
     last = lead, (hold.q[min(1, len(hold.q) - 1)] - hold.q[0]) / dt
-    rows, rungs = [], set()
-    travel = 0.0
-    for _ in range(steps):
-        T_world_tool = model.configuration(base, q).T_world_tool
-        result = controller.step(
-            base_pose=base,
-            q=q,
-            previous=last,
-            tools=(tool,),
-            base=NavigatedBase(lead),
-            posture=posture,
-        )
-        rungs.add(result.rung)
-        rows.append(
-            (
-                *base,
-                travel,
-                float(np.linalg.norm(T_world_tool[:3, 3] - T_world_target[:3, 3])),
-                math.acos(min(float(T_world_tool[:3, 2] @ T_world_target[:3, 2]), 1.0)),
-                result.scale,
-                result.clearance,
-                *q,
-                *result.arm,
-            )
-        )
-        last = result.base, result.arm
-        travel += abs(float(result.base[0])) * DT
-        base = se2.integrate_twist(base, float(result.base[0]), 0.0, float(result.base[-1]), DT)
-        q = q + result.arm * DT
-    table = np.array(rows)
+    table, rungs = _hold_while_driving(
+        controller, (way[hold.first], hold.q[0], last), tool, posture, steps
+    )
     n = model.n_arm
     return Track(
         foreseen=hold,
@@ -206,8 +179,42 @@ def drive(
         arm=table[:, 8 + n :],
         scale=table[:, 6],
         clearance=table[:, 7],
-        rungs=frozenset(rungs),
+        rungs=rungs,
     )
+
+
+def _hold_while_driving(
+    controller: WholeBodyController,
+    start: tuple[Array, Array, tuple[Array, Array]],
+    tool: ToolTask,
+    posture: PostureTask,
+    steps: int,
+) -> tuple[Array, frozenset[str]]:
+    """One row a step, in the order of `Track`'s arrays, and the rungs; from base, q and inputs."""
+    model, T_world_target = controller.model, tool.T_world_target
+    assert T_world_target is not None
+    base, q, last = start
+    lead, travel = last[0], 0.0
+    rows, rungs = [], set()
+    for _ in range(steps):
+        T_world_tool = model.configuration(base, q).T_world_tool
+        result = controller.step(
+            base_pose=base,
+            q=q,
+            previous=last,
+            tools=(tool,),
+            base=NavigatedBase(lead),
+            posture=posture,
+        )
+        rungs.add(result.rung)
+        error = float(np.linalg.norm(T_world_tool[:3, 3] - T_world_target[:3, 3]))
+        tilt = math.acos(min(float(T_world_tool[:3, 2] @ T_world_target[:3, 2]), 1.0))
+        rows.append((*base, travel, error, tilt, result.scale, result.clearance, *q, *result.arm))
+        last = result.base, result.arm
+        travel += abs(float(result.base[0])) * DT
+        base = se2.integrate_twist(base, float(result.base[0]), 0.0, float(result.base[-1]), DT)
+        q = q + result.arm * DT
+    return np.array(rows), frozenset(rungs)
 
 
 def base_inputs(model: RobotModel, inputs: tuple[float, float]) -> Array:
@@ -218,11 +225,19 @@ def base_inputs(model: RobotModel, inputs: tuple[float, float]) -> Array:
     return np.array([v, 0.0, omega])
 
 
-def drive_past(model: RobotModel, v: float, height: float, side: int = 1, **more: object) -> Track:
+def drive_past(
+    model: RobotModel,
+    v: float,
+    height: float,
+    side: int = 1,
+    parameters: WholeBodyParameters = _DEFAULT,
+    solver: str = "daqp",
+) -> Track:
     """Straight past an object at `v` [m/s], to the left (1) or right (-1) of the track."""
     target = pose(_DOWN, (0.0, side * LATERAL, height))
     start = np.array([-model.arm_base_xy[0] - _BEYOND, 0.0, 0.0])
-    return drive(model, target, start, (v, 0.0), 2.0 * _BEYOND, **more)  # type: ignore[arg-type]
+    length = 2.0 * _BEYOND
+    return drive(model, target, start, (v, 0.0), length, parameters=parameters, solver=solver)
 
 
 def drive_round(
@@ -231,7 +246,6 @@ def drive_round(
     height: float,
     side: int = 1,
     yaw_free: bool = True,
-    **more: object,
 ) -> Track:
     """Half a circle about an object at `v` [m/s], which is to the left (1) or right (-1).
 
@@ -251,7 +265,7 @@ def drive_round(
     target = pose(R_world_target, (*centre, height))
     axes = YAW_FREE if yaw_free else (1.0,) * 6
     length = math.pi * LATERAL
-    return drive(model, target, start, (v, omega), length, axes, **more)  # type: ignore[arg-type]
+    return drive(model, target, start, (v, omega), length, axes)
 
 
 def write_picture(

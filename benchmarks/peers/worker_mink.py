@@ -77,14 +77,7 @@ def _model(problem: Problem) -> mujoco.MjModel:
     options = ET.SubElement(robot, "mujoco")
     ET.SubElement(options, "compiler", fusestatic="false", balanceinertia="true")
     spec = mujoco.MjSpec.from_string(ET.tostring(robot, encoding="unicode"))
-    capsules = zip(
-        problem.capsule_names,
-        problem.capsule_links,
-        problem.capsule_ends,
-        problem.capsule_radii,
-        strict=True,
-    )
-    for name, link, ends, radius in capsules:
+    for name, link, ends, radius in problem.capsules():
         T, length = capsule_frame(ends)
         quaternion = np.empty(4)
         mujoco.mju_mat2Quat(quaternion, T[:3, :3].ravel())

@@ -85,14 +85,7 @@ class Pink:
 def _geometry(model: pin.Model, problem: Problem) -> pin.GeometryModel:
     """Capsules and boxes, and the pairs that keep apart."""
     geometry = pin.GeometryModel()
-    capsules = zip(
-        problem.capsule_names,
-        problem.capsule_links,
-        problem.capsule_ends,
-        problem.capsule_radii,
-        strict=True,
-    )
-    for name, link, ends, radius in capsules:
+    for name, link, ends, radius in problem.capsules():
         T, length = capsule_frame(ends)
         _add(geometry, model, name, link, pin.SE3(T), coal.Capsule(radius, length))
     box = problem.base_box

@@ -95,14 +95,7 @@ def _with_shapes(problem: Problem) -> str:
     """
     robot = ET.fromstring(problem.urdf)
     links = {link.get("name"): link for link in robot.iterfind("link")}
-    capsules = zip(
-        problem.capsule_names,
-        problem.capsule_links,
-        problem.capsule_ends,
-        problem.capsule_radii,
-        strict=True,
-    )
-    for name, link, ends, radius in capsules:
+    for name, link, ends, radius in problem.capsules():
         T, length = capsule_frame(ends)
         shape = _add_shape(links[link], name, T)
         ET.SubElement(shape, "cylinder", radius=repr(float(radius)), length=repr(length))

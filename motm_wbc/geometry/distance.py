@@ -15,7 +15,7 @@ import math
 
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.depth import TOUCHING, cylinder_depth, prism_depth
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 from motm_wbc.geometry.prism import LENGTH, NX, NY, UX, UY, X, Y
 
 _PARALLEL = 1e-24  # squared sine below which two segments have no common normal
@@ -120,15 +120,8 @@ def segment_prism(a: Array, b: Array, edges: Array, bottom: float, top: float, o
             target = 0.5 * (low + high)
             last = -3
         t = target
-    squared = qx * qx + qy * qy + qz * qz
-    if squared < TOUCHING * TOUCHING:
+    if not _write_apart(a, b, t, qx, qy, qz, out):
         prism_depth(a, b, edges, bottom, top, out)
-        return
-    distance = math.sqrt(squared)
-    share = -1.0 / distance
-    out[0] = distance
-    out[1], out[2], out[3] = a[0] + t * dx, a[1] + t * dy, a[2] + t * dz
-    out[4], out[5], out[6] = qx * share, qy * share, qz * share
 
 
 @kernel
@@ -195,15 +188,23 @@ def segment_cylinder(
             last = -1
         before = t
         t = target
+    if not _write_apart(a, b, t, qx, qy, qz, out):
+        cylinder_depth(a, b, x, y, radius, bottom, top, out)
+
+
+@inlined
+def _write_apart(a: Array, b: Array, t: float, qx: float, qy: float, qz: float, out: Array) -> bool:
+    """Write the contact of the segment's point at `t`, q beyond the solid; False if it touches."""
     squared = qx * qx + qy * qy + qz * qz
     if squared < TOUCHING * TOUCHING:
-        cylinder_depth(a, b, x, y, radius, bottom, top, out)
-        return
+        return False
     distance = math.sqrt(squared)
     share = -1.0 / distance
     out[0] = distance
-    out[1], out[2], out[3] = a[0] + t * dx, a[1] + t * dy, a[2] + t * dz
+    for i in range(3):
+        out[1 + i] = a[i] + t * (b[i] - a[i])
     out[4], out[5], out[6] = qx * share, qy * share, qz * share
+    return True
 
 
 @kernel

@@ -1,28 +1,16 @@
 """How long a grasp pose is held while the base drives past or round it."""
 
-import importlib.util
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "drive_past.py"
+from benchmarks import drive_past as bench
+
 TRAVEL = {0.25: 0.90, 0.5: 0.85, 0.75: 0.50, 1.0: 0.30}
 """Speed [m/s] -> travel that is held at least [m]."""
 MEDIAN = {0.25: 0.1e-3, 0.5: 0.3e-3, 0.75: 0.3e-3, 1.0: 0.3e-3}
 """Speed [m/s] -> median error while held, at most [m]."""
-
-
-@pytest.fixture(scope="module")
-def bench():
-    spec = importlib.util.spec_from_file_location("drive_past", BENCHMARK)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # where its dataclasses look up their types
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules[spec.name]
 
 
 def check(track, model):
@@ -36,7 +24,7 @@ def check(track, model):
     assert (change <= model.a_max + 1e-6).all()
 
 
-def check_straight(bench, model, v, height, side=1, **more):
+def check_straight(model, v, height, side=1, **more):
     track = bench.drive_past(model, v, height, side, **more)
     check(track, model)
     assert track.travel_held() >= TRAVEL[v]
@@ -50,17 +38,17 @@ def check_straight(bench, model, v, height, side=1, **more):
 
 @pytest.mark.parametrize("height", [0.425, 0.625])
 @pytest.mark.parametrize("side", [1, -1])
-def test_straight_past_at_half_a_metre_a_second(bench, frankie, height, side):
-    check_straight(bench, frankie, 0.5, height, side)
+def test_straight_past_at_half_a_metre_a_second(frankie, height, side):
+    check_straight(frankie, 0.5, height, side)
 
 
-def test_with_osqp_as_well(bench, frankie):
-    check_straight(bench, frankie, 0.5, 0.625, solver="osqp")
+def test_with_osqp_as_well(frankie):
+    check_straight(frankie, 0.5, 0.625, solver="osqp")
 
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("yaw_free", [True, False])
-def test_round_the_object_without_letting_go(bench, frankie, side, yaw_free):
+def test_round_the_object_without_letting_go(frankie, side, yaw_free):
     track = bench.drive_round(frankie, 0.5, 0.625, side, yaw_free)
     check(track, frankie)
     half_circle = math.pi * bench.LATERAL
@@ -72,7 +60,7 @@ def test_round_the_object_without_letting_go(bench, frankie, side, yaw_free):
     assert turned < 0.1 if yaw_free else abs(turned - math.pi) < 0.2
 
 
-def test_a_pose_out_of_reach_is_refused(bench, frankie):
+def test_a_pose_out_of_reach_is_refused(frankie):
     target = np.diag([1.0, -1.0, -1.0, 1.0])
     target[:3, 3] = [0.0, 2.0, 0.6]
     with pytest.raises(ValueError, match="can't hold"):
@@ -82,21 +70,20 @@ def test_a_pose_out_of_reach_is_refused(bench, frankie):
 @pytest.mark.slow
 @pytest.mark.parametrize("v", sorted(TRAVEL))
 @pytest.mark.parametrize("height", [0.425, 0.525, 0.625, 0.725])
-def test_straight_past_at_all_speeds_and_heights(bench, frankie, v, height):
-    check_straight(bench, frankie, v, height)
+def test_straight_past_at_all_speeds_and_heights(frankie, v, height):
+    check_straight(frankie, v, height)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("v", [0.25, 0.75, 1.0])
 @pytest.mark.parametrize("yaw_free", [True, False])
-def test_round_the_object_at_other_speeds(bench, frankie, v, yaw_free):
+def test_round_the_object_at_other_speeds(frankie, v, yaw_free):
     track = bench.drive_round(frankie, v, 0.625, 1, yaw_free)
     check(track, frankie)
     assert track.travel_held() >= math.pi * bench.LATERAL
 
 
-def test_the_picture_is_written(bench, frankie, tmp_path):
-    pytest.importorskip("matplotlib")
+def test_the_picture_is_written(frankie, tmp_path):
     tracks = [(0.5, bench.drive_past(frankie, 0.5, 0.625))] * 4
     bench.write_picture(frankie, tracks, 0.625, tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000

@@ -20,7 +20,7 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
@@ -123,6 +123,11 @@ class Problem:
         """Read what `save` wrote."""
         with np.load(path, allow_pickle=False) as file:
             return cls(**{field.name: _plain(file[field.name]) for field in _FIELDS})
+
+    def capsules(self) -> Iterator[tuple[str, str, Array, float]]:
+        """Name, link, ends (2, 3) in the link's frame [m] and radius [m] of each capsule."""
+        links, ends, radii = self.capsule_links, self.capsule_ends, self.capsule_radii
+        return zip(self.capsule_names, links, ends, radii, strict=True)
 
     def pairs(self) -> list[tuple[str, str]]:
         """Names of all pairs that keep apart; a box of the scene is `box<i>`, the base `base`."""
