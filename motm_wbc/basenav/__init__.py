@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motm_wbc.basenav.goal_field import GoalField, cost_to_go
+    from motm_wbc.basenav.obstacle import Disc, Obstacle
     from motm_wbc.basenav.parameters import PlacementParameters
     from motm_wbc.basenav.placement import BasePlacement, PlacementResult
     from motm_wbc.basenav.planner import GlobalPlanner, Path
@@ -21,8 +22,10 @@ if TYPE_CHECKING:
 
 _HOME = {
     "BasePlacement": "placement",
+    "Disc": "obstacle",
     "GlobalPlanner": "planner",
     "GoalField": "goal_field",
+    "Obstacle": "obstacle",
     "Path": "planner",
     "PlacementParameters": "parameters",
     "PlacementResult": "placement",
@@ -35,8 +38,10 @@ _HOME = {
 
 __all__ = [
     "BasePlacement",
+    "Disc",
     "GlobalPlanner",
     "GoalField",
+    "Obstacle",
     "Path",
     "PlacementParameters",
     "PlacementResult",

@@ -90,20 +90,15 @@ def grown_corners(outline: Outline, margin: float) -> Array:
     return np.column_stack([x, y])
 
 
-def edge_map(solids: Sequence[Array], boundary: Array | None, reach: float) -> EdgeMap:
+def edge_map(rings: Sequence[Array], bounded: bool, reach: float) -> EdgeMap:
     """File the edges of the world.
 
     Args:
-        solids: polygons (n, 2) [m], any winding, simple; they may overlap.
-        boundary: polygon (n, 2) [m] that the base must stay inside of, or None.
+        rings: polygons (n, 2) [m] with what is blocked on their left; they may overlap.
+        bounded: what is in no ring is blocked.
         reach: largest distance from the base's origin to a point of its outline [m].
     """
-    rings = [polygons.counter_clockwise(np.asarray(solid, dtype=float)) for solid in solids]
-    outside = 0
-    if boundary is not None:
-        # Everything is solid but the inside of the boundary: a ring of the other winding.
-        rings.append(polygons.counter_clockwise(np.asarray(boundary, dtype=float))[::-1].copy())
-        outside = 1
+    outside = 1 if bounded else 0
     if not rings:
         none = np.zeros(0, dtype=np.int64)
         return EdgeMap(0.0, 0.0, 1.0, 0, 0, np.zeros(1, np.int64), np.zeros((0, 4)), none, 0)

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
+from motm_wbc.basenav.obstacle import Solid
 from motm_wbc.geometry.arrays import Array
 
 _QUARTER_SEGMENTS = 4
@@ -30,12 +31,12 @@ def snap_grid(extent: float) -> float:
 
 
 def free_space(
-    obstacles: Sequence[Array], boundary: Array | None, radius: float
+    solids: Sequence[Solid], boundary: Array | None, radius: float
 ) -> tuple[MultiPolygon, bool]:
     """What a disc's centre can't (or, inside a boundary, can) be at.
 
     Args:
-        obstacles: simple polygons (n, 2), counter-clockwise [m].
+        solids: simple polygons, holes allowed.
         boundary: (n, 2) counter-clockwise outline that the disc must stay in, or None.
         radius: of the disc [m].
 
@@ -43,10 +44,11 @@ def free_space(
         The blocked region and False, or, if there is a boundary, the free region and True.
         Both are noded: where two outlines touch, both have a corner.
     """
-    every = [*obstacles] if boundary is None else [*obstacles, boundary]
+    outlines = [solid.outline for solid in solids]
+    every = outlines if boundary is None else [*outlines, boundary]
     grid = snap_grid(max((float(np.abs(points).max()) for points in every), default=0.0))
-    grown = [piece for points in obstacles for piece in _grow(points, radius)]
-    blocked = shapely.union_all([Polygon(piece) for piece in grown], grid_size=grid)
+    grown = [piece for solid in solids for piece in _grow(solid, radius)]
+    blocked = shapely.union_all(grown, grid_size=grid)
     if boundary is None:
         return _polygons(blocked, grid), False
     outside = boundary[::-1]  # blocked on the left of its edges, as for obstacles
@@ -69,15 +71,16 @@ def _polygons(geometry: shapely.Geometry, grid: float) -> MultiPolygon:
     )
 
 
-def _grow(polygon: Array, radius: float) -> Iterator[Array]:
-    """Outlines whose union is the polygon grown by a disc."""
-    if radius == 0.0:
-        yield polygon
-    elif (_turns(polygon) >= 0.0).all():
-        yield np.vstack([_fan(*corner, radius) for corner in _corners(polygon)])
-    else:
-        yield polygon
-        yield from _offset_pieces(polygon, radius)
+def _grow(solid: Solid, radius: float) -> Iterator[Polygon]:
+    """Polygons whose union is the solid grown by a disc."""
+    convex = not solid.holes and (_turns(solid.outline) >= 0.0).all()
+    if convex and radius > 0.0:
+        yield Polygon(np.vstack([_fan(*corner, radius) for corner in _corners(solid.outline)]))
+        return
+    yield Polygon(solid.outline, solid.holes)
+    if radius > 0.0:
+        for ring in solid.rings:
+            yield from (Polygon(piece) for piece in _offset_pieces(ring, radius))
 
 
 def _offset_pieces(ring: Array, radius: float) -> Iterator[Array]:

@@ -117,7 +117,7 @@ class BasePlacement:
             footprint: (n, 2) convex outline of the base in its frame [m].
             limits: speeds of the base.
             parameters: None: defaults.
-            support_of: indices into `world.obstacles` of what a target (2,) stands on, for
+            support_of: indices into `world.solids` of what a target (2,) stands on, for
                 the literal form; None: the obstacles that it lies in.
         """
         self.parameters = parameters or PlacementParameters()
@@ -126,7 +126,7 @@ class BasePlacement:
         self._outline: Outline = outline_of(footprint)
         margin = self.parameters.footprint_margin
         reach = self._outline.radius + 2.0 * margin  # a right angle's corner grows by 1.42
-        self._edges: EdgeMap = edge_map(world.obstacles, world.boundary, reach)
+        self._edges: EdgeMap = edge_map(world.rings, world.bounded, reach)
         self._support_of = support_of or self._obstacles_at
         self._rings: OrderedDict[Key, Ring] = OrderedDict()
         self._fields: OrderedDict[Key, GoalField | None] = OrderedDict()
@@ -314,8 +314,8 @@ class BasePlacement:
     def _without_support(self, target_xy: Array) -> GlobalPlanner:
         world = self.planner.world
         ignored = set(self._support_of(target_xy))
-        kept = [points for index, points in enumerate(world.obstacles) if index not in ignored]
-        return self._planner(World(kept, world.boundary))
+        kept = (solid for index, solid in enumerate(world.solids) if index not in ignored)
+        return self._planner(world.with_solids(kept))
 
     def _obstacles_at(self, target_xy: Array) -> list[int]:
         """Obstacles that a place lies in or on the edge of."""

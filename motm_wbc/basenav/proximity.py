@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import Outline, grown_corners, squared_distance
-from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 
@@ -43,7 +42,7 @@ class ProximityGrid(NamedTuple):
 
 
 class Rings(NamedTuple):
-    """Polygons one after the other, counter-clockwise; the boundary clockwise.
+    """Polygons one after the other, with what is blocked on their left.
 
     Attributes:
         points: (n, 2) corners [m].
@@ -56,14 +55,11 @@ class Rings(NamedTuple):
     outside: int
 
 
-def rings_of(solids: Sequence[Array], boundary: Array | None) -> Rings:
-    """Pack polygons (n, 2) [m] of any winding."""
-    rings = [polygons.counter_clockwise(np.asarray(solid, dtype=float)) for solid in solids]
-    if boundary is not None:
-        rings.append(polygons.counter_clockwise(np.asarray(boundary, dtype=float))[::-1])
+def rings_of(rings: Sequence[Array], bounded: bool) -> Rings:
+    """Pack rings (n, 2) [m] with what is blocked on their left."""
     points = np.ascontiguousarray(np.vstack(rings)) if rings else np.zeros((0, 2))
     starts = np.cumsum([0, *(len(ring) for ring in rings)]).astype(np.int64)
-    return Rings(points, starts, 0 if boundary is None else 1)
+    return Rings(points, starts, 1 if bounded else 0)
 
 
 def sample_outline(outline: Outline) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from motm_wbc.basenav.footprint_check import edge_map, grown_corners, outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.local_planner import Goal
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import ProximityGrid, proximity_grid, rings_of, sample_outline
 from motm_wbc.basenav.reach import ReachRegion
@@ -25,7 +26,7 @@ from motm_wbc.basenav.staa_goal import remaining_error
 from motm_wbc.basenav.staa_kernel import actions_to, advance, start
 from motm_wbc.basenav.staa_motion import braking_rates, drive_of, stopping_duration, stopping_span
 from motm_wbc.basenav.staa_parameters import StaaParameters
-from motm_wbc.basenav.staa_plan import Effort, Goal, StaaPlan
+from motm_wbc.basenav.staa_plan import Effort, StaaPlan
 from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
 from motm_wbc.basenav.staa_search import (
     BEST,
@@ -94,8 +95,8 @@ class StaaStar:
         self._outline = outline_of(footprint)
         corners = grown_corners(self._outline, p.margin)
         reach = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-        self._edges = edge_map(world.obstacles, world.boundary, reach)
-        self._rings = rings_of(world.obstacles, world.boundary)
+        self._edges = edge_map(world.rings, world.bounded, reach)
+        self._rings = rings_of(world.rings, world.bounded)
         self._samples = sample_outline(self._outline)
         self._grid: ProximityGrid | None = None
         self._grid_centre = (math.nan, math.nan)

@@ -4,20 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from motm_wbc.basenav.local_planner import Goal
 from motm_wbc.geometry.arrays import Array
-
-
-@dataclass(frozen=True)
-class Goal:
-    """A pose that the base is driven to.
-
-    Attributes:
-        pose: (3,) x [m], y [m], heading [rad].
-        stop: come to rest there; else drive through it at speed.
-    """
-
-    pose: Array
-    stop: bool = False
 
 
 @dataclass(frozen=True)

@@ -201,7 +201,7 @@ def departure(obstacles, pose, goal, margin=0.02, v_reverse=0.2):
     world = World(obstacles)
     nav = GlobalPlanner(world, 0.5, 1.745, inflation=0.3, v_reverse=v_reverse)
     outline = outline_of(FOOTPRINT)
-    edges = edge_map(world.obstacles, None, outline.radius + 2 * margin)
+    edges = edge_map(world.rings, False, outline.radius + 2 * margin)
     field = nav.goal_field(goal)
     return departure_time(field, edges, outline, *pose, margin, 1e9), cost_to_go(field, *pose)
 
@@ -214,7 +214,7 @@ def test_on_open_floor_leaving_is_turning_and_driving():
 def test_on_the_ring_the_base_cannot_turn_and_pulls_out_first():
     pose, goal = (0.6, 0.0, -math.pi / 2), (3.0, 0.0, 0.0)
     outline = outline_of(FOOTPRINT)
-    edges = edge_map([TABLE], None, 0.5)
+    edges = edge_map([TABLE], False, 0.5)
     assert not turn_is_clear(edges, outline, *pose, 0.0, 0.02)
     assert turn_is_clear(edges, outline, *pose, -math.pi / 2 + 0.1, 0.02)
     found, planned = departure([TABLE], pose, goal)

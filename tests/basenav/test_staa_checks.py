@@ -26,6 +26,7 @@ from motm_wbc.basenav.staa_motion import (
     velocity_after,
 )
 from motm_wbc.basenav.staa_root import keep_of, with_direction
+from motm_wbc.basenav.world import World
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.base_motion import BaseLimits, braking_arc
 
@@ -55,9 +56,8 @@ def test_footprint_check_agrees_with_shapely(seed: int, margin: float) -> None:
     bounded = rng.random() < 0.5
     outline = outline_of(SHAPES[seed % len(SHAPES)])
     grown = grown_corners(outline, margin)
-    world = edge_map(
-        solids, boundary if bounded else None, float(np.linalg.norm(grown, axis=1).max())
-    )
+    rings = World(solids, boundary if bounded else None).rings
+    world = edge_map(rings, bounded, float(np.linalg.norm(grown, axis=1).max()))
     blocked = shapely.union_all([Polygon(solid) for solid in solids])
     for _ in range(40):
         pose = np.array([*rng.uniform(-3.0, 3.0, 2), rng.uniform(-4.0, 4.0)])
@@ -73,22 +73,22 @@ def test_footprint_check_agrees_with_shapely(seed: int, margin: float) -> None:
 
 def test_what_lies_wholly_inside_or_around_is_seen() -> None:
     outline = outline_of(BOX)
-    big = edge_map([polygons.rectangle(20.0, 20.0)], None, 0.5)
+    big = edge_map([polygons.rectangle(20.0, 20.0)], False, 0.5)
     assert not pose_is_clear(big, outline, np.array([0.0, 0.0, 0.3]), 0.0)
     assert pose_is_clear(big, outline, np.array([12.0, 0.0, 0.3]), 0.0)
-    needle = edge_map([polygons.rectangle(0.001, 0.001)], None, 0.5)
+    needle = edge_map([polygons.rectangle(0.001, 0.001)], False, 0.5)
     assert not pose_is_clear(needle, outline, np.array([0.1, 0.1, 0.3]), 0.0)
-    pen = edge_map([], polygons.rectangle(2.0, 2.0), 0.5)
+    pen = edge_map([polygons.rectangle(2.0, 2.0)[::-1]], True, 0.5)
     assert pose_is_clear(pen, outline, np.array([0.0, 0.0, 0.3]), 0.0)
     assert not pose_is_clear(pen, outline, np.array([0.8, 0.0, 0.0]), 0.0)
     assert not pose_is_clear(pen, outline, np.array([50.0, 0.0, 0.0]), 0.0)
-    assert pose_is_clear(edge_map([], None, 0.5), outline, np.zeros(3), 0.0)
+    assert pose_is_clear(edge_map([], False, 0.5), outline, np.zeros(3), 0.0)
 
 
 def test_touching_is_free_and_the_margin_counts() -> None:
     outline = outline_of(polygons.rectangle(0.5, 0.5))
     block = polygons.place(polygons.rectangle(1.0, 1.0), np.array([0.75, 0.0, 0.0]))
-    wall = edge_map([block], None, 0.5)
+    wall = edge_map([block], False, 0.5)
     assert pose_is_clear(wall, outline, np.zeros(3), 0.0)
     assert not pose_is_clear(wall, outline, np.array([0.001, 0.0, 0.0]), 0.0)
     assert not pose_is_clear(wall, outline, np.array([-0.019, 0.0, 0.0]), 0.02)
@@ -96,7 +96,7 @@ def test_touching_is_free_and_the_margin_counts() -> None:
 
 
 def test_proximity_falls_from_one_to_zero_within_its_radius() -> None:
-    rings = rings_of([polygons.rectangle(0.4, 0.4)], None)
+    rings = rings_of([polygons.rectangle(0.4, 0.4)], False)
     grid = proximity_grid(rings, (0.0, 0.0), 2.0, 0.05, 0.25, 0.4)
     row = int((0.0 - grid.y0) / grid.cell)
     along = [grid.values[row, int((x - grid.x0) / grid.cell)] for x in np.arange(0.0, 0.6, 0.05)]
@@ -113,7 +113,7 @@ def test_proximity_falls_from_one_to_zero_within_its_radius() -> None:
 
 
 def test_a_cell_has_the_same_value_in_every_square() -> None:
-    rings = rings_of([polygons.disc(0.3)], polygons.rectangle(6.0, 6.0))
+    rings = rings_of([polygons.disc(0.3), polygons.rectangle(6.0, 6.0)[::-1]], True)
     first = proximity_grid(rings, (0.0, 0.0), 2.0, 0.05, 0.25, 0.4)
     second = proximity_grid(rings, (2.0, -1.0), 2.0, 0.05, 0.25, 0.4)
     columns = round((second.x0 - first.x0) / 0.05)

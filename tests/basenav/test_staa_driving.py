@@ -120,7 +120,7 @@ def cluttered(rng: np.random.Generator) -> World:
 
 
 def free_pose(world: World, rng: np.random.Generator) -> Array:
-    edges, outline = edge_map(world.obstacles, world.boundary, 0.5), outline_of(BOX)
+    edges, outline = edge_map(world.rings, world.bounded, 0.5), outline_of(BOX)
     while True:
         pose = np.array([*rng.uniform(-3.5, 3.5, 2), rng.uniform(-math.pi, math.pi)])
         if pose_is_clear(edges, outline, pose, 0.03):

@@ -1,0 +1,183 @@
+"""Obstacles as users give them: polygons, polygons with holes, discs; at rest or moving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from shapely.geometry import Polygon
+
+from motm_wbc.errors import InputError
+from motm_wbc.geometry import polygons, se2
+from motm_wbc.geometry.arrays import Array
+
+_LEAST_AREA = 1e-9  # [m^2]
+_DISC_SIDES = 32  # the outline lies within 0.5 % of the radius outside of the circle
+_AT_REST = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A polygon that blocks the base.
+
+    Attributes:
+        outline: (n, 2) [m], any winding, may be concave.
+        holes: outlines (n, 2) of what is free inside of it [m].
+        velocity: (2,) in world axes, constant [m/s].
+    """
+
+    outline: Array
+    holes: tuple[Array, ...] = ()
+    velocity: Array | tuple[float, float] = _AT_REST
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A round obstacle; it counts as the regular polygon that its circle is inscribed in.
+
+    Attributes:
+        centre: (2,) [m].
+        radius: > 0 [m].
+        velocity: (2,) in world axes, constant [m/s].
+    """
+
+    centre: Array | tuple[float, float]
+    radius: float
+    velocity: Array | tuple[float, float] = _AT_REST
+
+
+ObstacleLike: TypeAlias = Array | Obstacle | Disc
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A simple polygon that blocks the base, checked; one obstacle may consist of several.
+
+    Attributes:
+        outline: (n, 2) counter-clockwise [m].
+        holes: (n, 2) each, clockwise [m]: what is blocked is on the left of all rings.
+        velocity: (2,) [m/s].
+        source: number of the obstacle that it is part of.
+    """
+
+    outline: Array
+    holes: tuple[Array, ...]
+    velocity: Array
+    source: int
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has a velocity."""
+        return bool(self.velocity.any())
+
+    @property
+    def rings(self) -> tuple[Array, ...]:
+        """Outline and holes, with what is blocked on their left."""
+        return (self.outline, *self.holes)
+
+    def transformed(self, transform: Array) -> Solid:
+        """Moved rigidly by (3,) x, y [m], angle [rad], about the world's origin.
+
+        The velocity, in world axes, stays.
+        """
+        outline, *holes = (_frozen(se2.transform_points(transform, ring)) for ring in self.rings)
+        return Solid(outline, tuple(holes), self.velocity, self.source)
+
+
+def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
+    """The simple polygons that an obstacle consists of.
+
+    A polygon that crosses itself counts with all that it encloses and may become several.
+
+    Args:
+        obstacle: as the user gave it.
+        source: its number.
+        where: its name in messages.
+
+    Raises:
+        InputError: a polygon has NaN, fewer than three distinct points or no area; a radius
+            is not positive; a velocity is not finite.
+    """
+    if isinstance(obstacle, Disc):
+        centre = _vector(obstacle.centre, f"{where}.centre")
+        if not (np.isfinite(obstacle.radius) and obstacle.radius > 0.0):
+            raise InputError(
+                f"must be a finite number > 0, got {obstacle.radius}", f"{where}.radius"
+            )
+        outline = centre + polygons.disc(float(obstacle.radius), _DISC_SIDES)
+        velocity = _vector(obstacle.velocity, f"{where}.velocity")
+        return [Solid(_frozen(outline), (), _frozen(velocity), source)]
+    if not isinstance(obstacle, Obstacle):
+        obstacle = Obstacle(obstacle)
+    velocity = _frozen(_vector(obstacle.velocity, f"{where}.velocity"))
+    parts = simple_polygons(obstacle.outline, where)
+    holes = [
+        hole
+        for index, points in enumerate(obstacle.holes)
+        for hole in simple_polygons(points, f"{where}.holes[{index}]")
+    ]
+    if holes:
+        cut = shapely.difference(shapely.MultiPolygon(parts), shapely.union_all(holes))
+        parts = _solid_parts(cut)
+        if not parts:
+            raise InputError("leave nothing of the obstacle", f"{where}.holes")
+    return [_solid(part, velocity, source) for part in parts]
+
+
+def simple_polygons(points: Array, where: str) -> list[Polygon]:
+    """Simple polygons, without holes, that a polygon of the user's consists of.
+
+    Raises:
+        InputError: see `solids_of`.
+    """
+    try:
+        outline = np.array(points, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("must be numbers, an array of shape (n, 2)", where) from None
+    if outline.ndim != 2 or outline.shape[1] != 2:
+        raise InputError(f"must have shape (n, 2), got {outline.shape}", where)
+    if not np.isfinite(outline).all():
+        raise InputError("has a coordinate that is NaN or infinite", where)
+    if len(np.unique(outline, axis=0)) < 3:
+        raise InputError("has fewer than three distinct points", where)
+    shape = shapely.make_valid(Polygon(outline), method="structure", keep_collapsed=False)
+    solid = [Polygon(part.exterior) for part in _solid_parts(shape)]
+    if not solid:
+        raise InputError(f"has no area (less than {_LEAST_AREA:g} m^2)", where)
+    return solid
+
+
+def ring_of(line: shapely.LinearRing, counter_clockwise: bool) -> Array:
+    """The distinct points of a ring, as an array that can't be written to."""
+    points = np.array(line.coords)[:-1]
+    points = points[np.any(points != np.roll(points, 1, axis=0), axis=1)]
+    if (polygons.signed_area(points) > 0.0) != counter_clockwise:
+        points = points[::-1].copy()
+    return _frozen(points)
+
+
+def _solid(polygon: Polygon, velocity: Array, source: int) -> Solid:
+    holes = tuple(ring_of(line, counter_clockwise=False) for line in polygon.interiors)
+    return Solid(ring_of(polygon.exterior, counter_clockwise=True), holes, velocity, source)
+
+
+def _solid_parts(shape: shapely.Geometry) -> list[Polygon]:
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+    return [part for part in parts if part.area >= _LEAST_AREA]
+
+
+def _vector(values: Array | tuple[float, float], where: str) -> Array:
+    try:
+        vector = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("must be two numbers", where) from None
+    if vector.shape != (2,) or not np.isfinite(vector).all():
+        raise InputError("must be two finite numbers", where)
+    return vector
+
+
+def _frozen(points: Array) -> Array:
+    points.flags.writeable = False
+    return points
