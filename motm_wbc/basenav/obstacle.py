@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
+from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.errors import InputError
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.arrays import Array
@@ -51,39 +53,53 @@ class Disc:
 ObstacleLike: TypeAlias = Array | Obstacle | Disc
 
 
-@dataclass(frozen=True)
 class Solid:
     """A simple polygon that blocks the base, checked; one obstacle may consist of several.
 
+    Immutable. Where it has moved to is worked out when it is asked for.
+
     Attributes:
-        outline: (n, 2) counter-clockwise [m].
-        holes: (n, 2) each, clockwise [m]: what is blocked is on the left of all rings.
+        form: its shape, where it was given, shared with the same solid elsewhere.
+        pose: (3,) by which it was moved since, about the world's origin [m], [rad].
         velocity: (2,) [m/s].
         source: number of the obstacle that it is part of.
     """
 
-    outline: Array
-    holes: tuple[Array, ...]
-    velocity: Array
-    source: int
+    def __init__(self, form: Form, pose: Array, velocity: Array, source: int) -> None:
+        self.form = form
+        self.pose = pose
+        self.velocity = velocity
+        self.source = source
+
+    @cached_property
+    def rings(self) -> tuple[Array, ...]:
+        """Outline and holes (n, 2) each [m], with what is blocked on their left."""
+        if not self.pose.any():
+            return self.form.rings
+        return tuple(_frozen(se2.transform_points(self.pose, ring)) for ring in self.form.rings)
+
+    @property
+    def outline(self) -> Array:
+        """(n, 2) counter-clockwise [m]."""
+        return self.rings[0]
+
+    @property
+    def holes(self) -> tuple[Array, ...]:
+        """(n, 2) each, clockwise [m]."""
+        return self.rings[1:]
 
     @property
     def moves(self) -> bool:
         """Whether it has a velocity."""
         return bool(self.velocity.any())
 
-    @property
-    def rings(self) -> tuple[Array, ...]:
-        """Outline and holes, with what is blocked on their left."""
-        return (self.outline, *self.holes)
-
     def transformed(self, transform: Array) -> Solid:
         """Moved rigidly by (3,) x, y [m], angle [rad], about the world's origin.
 
         The velocity, in world axes, stays.
         """
-        outline, *holes = (_frozen(se2.transform_points(transform, ring)) for ring in self.rings)
-        return Solid(outline, tuple(holes), self.velocity, self.source)
+        pose = _frozen(turned_by(self.pose[None], np.asarray(transform, dtype=float)[None])[0])
+        return Solid(self.form, pose, self.velocity, self.source)
 
 
 def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
@@ -108,7 +124,7 @@ def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
             )
         outline = centre + polygons.disc(float(obstacle.radius), _DISC_SIDES)
         velocity = _vector(obstacle.velocity, f"{where}.velocity")
-        return [Solid(_frozen(outline), (), _frozen(velocity), source)]
+        return [Solid(Form((_frozen(outline),)), _AT_ORIGIN, _frozen(velocity), source)]
     if not isinstance(obstacle, Obstacle):
         obstacle = Obstacle(obstacle)
     velocity = _frozen(_vector(obstacle.velocity, f"{where}.velocity"))
@@ -160,7 +176,8 @@ def ring_of(line: shapely.LinearRing, counter_clockwise: bool) -> Array:
 
 def _solid(polygon: Polygon, velocity: Array, source: int) -> Solid:
     holes = tuple(ring_of(line, counter_clockwise=False) for line in polygon.interiors)
-    return Solid(ring_of(polygon.exterior, counter_clockwise=True), holes, velocity, source)
+    outline = ring_of(polygon.exterior, counter_clockwise=True)
+    return Solid(Form((outline, *holes)), _AT_ORIGIN, velocity, source)
 
 
 def _solid_parts(shape: shapely.Geometry) -> list[Polygon]:
@@ -181,3 +198,6 @@ def _vector(values: Array | tuple[float, float], where: str) -> Array:
 def _frozen(points: Array) -> Array:
     points.flags.writeable = False
     return points
+
+
+_AT_ORIGIN = _frozen(np.zeros(3))

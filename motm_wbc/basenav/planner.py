@@ -11,11 +11,12 @@ import numpy as np
 
 from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
 from motm_wbc.basenav.goal_field import GoalField
+from motm_wbc.basenav.inflated import Inflated
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
 from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
-from motm_wbc.basenav.world import Inflated, World
+from motm_wbc.basenav.world import World
 from motm_wbc.errors import InputError, NoPath
 from motm_wbc.geometry.arrays import Array
 
