@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from motm_wbc.basenav.inflation import grow, turns
+from motm_wbc.basenav.inflation import grow, turning
 from motm_wbc.geometry import se2
 from motm_wbc.geometry.arrays import Array
 
@@ -22,7 +22,7 @@ class Form:
 
     def __init__(self, rings: tuple[Array, ...]) -> None:
         self.rings = rings
-        self.convex = len(rings) == 1 and bool((turns(rings[0]) >= 0.0).all())
+        self.convex = len(rings) == 1 and turning(rings[0])[0] >= 0.0
         self._grown: dict[float, tuple[shapely.Polygon, ...]] = {}
 
     def grown(self, radius: float, grid: float, pose: Array) -> tuple[shapely.Polygon, ...]:

@@ -74,14 +74,6 @@ def offset_pieces(ring: Array, radius: float) -> list[shapely.Polygon]:
     return list(shapely.polygons(shapely.linearrings(corners, indices=piece)))
 
 
-def turns(ring: Array) -> Array:
-    """(n,) by how much a ring turns to the left at each corner [rad]."""
-    incoming = ring - np.roll(ring, 1, axis=0)
-    outgoing = np.roll(incoming, -1, axis=0)
-    cross = incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0]
-    return np.asarray(np.arctan2(cross, (incoming * outgoing).sum(axis=1)))
-
-
 @kernel
 def _corner(points: Array, before: int, here: int, after: int) -> tuple[float, float]:
     """Angle of the incoming edge's outer normal at a corner, and the turn there [rad]."""
@@ -89,6 +81,18 @@ def _corner(points: Array, before: int, here: int, after: int) -> tuple[float, f
     ox, oy = points[after, 0] - points[here, 0], points[after, 1] - points[here, 1]
     turn = math.atan2(ix * oy - iy * ox, ix * ox + iy * oy)
     return math.atan2(iy, ix) - 0.5 * math.pi, turn
+
+
+@kernel
+def turning(ring: Array) -> tuple[float, float, float]:
+    """How a ring turns to the left at its corners: least, most, and in all [rad]."""
+    least, most, total = math.inf, -math.inf, 0.0
+    count = ring.shape[0]
+    for here in range(count):
+        after = 0 if here + 1 == count else here + 1
+        _, turn = _corner(ring, here - 1 if here > 0 else count - 1, here, after)
+        least, most, total = min(least, turn), max(most, turn), total + turn
+    return least, most, total
 
 
 @kernel

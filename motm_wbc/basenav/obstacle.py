@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -11,11 +12,14 @@ import shapely
 from shapely.geometry import Polygon
 
 from motm_wbc.basenav.form import Form, turned_by
+from motm_wbc.basenav.inflation import turning
 from motm_wbc.errors import InputError
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.arrays import Array
 
 _LEAST_AREA = 1e-9  # [m^2]
+_FARTHEST = 1e7  # [m] from the origin; beyond it doubles are coarser than what touches
+_SAME_ANGLE = 1e-6  # [rad]
 _DISC_SIDES = 32  # the outline lies within 0.5 % of the radius outside of the circle
 _AT_REST = (0.0, 0.0)
 
@@ -128,6 +132,10 @@ def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
     if not isinstance(obstacle, Obstacle):
         obstacle = Obstacle(obstacle)
     velocity = _frozen(_vector(obstacle.velocity, f"{where}.velocity"))
+    if len(obstacle.holes) == 0:
+        ring = _convex_ring(_points(obstacle.outline, where))
+        if ring is not None:
+            return [Solid(Form((ring,)), _AT_ORIGIN, velocity, source)]
     parts = simple_polygons(obstacle.outline, where)
     holes = [
         hole
@@ -148,14 +156,7 @@ def simple_polygons(points: Array, where: str) -> list[Polygon]:
     Raises:
         InputError: see `solids_of`.
     """
-    try:
-        outline = np.array(points, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError("must be numbers, an array of shape (n, 2)", where) from None
-    if outline.ndim != 2 or outline.shape[1] != 2:
-        raise InputError(f"must have shape (n, 2), got {outline.shape}", where)
-    if not np.isfinite(outline).all():
-        raise InputError("has a coordinate that is NaN or infinite", where)
+    outline = _points(points, where)
     if len(np.unique(outline, axis=0)) < 3:
         raise InputError("has fewer than three distinct points", where)
     shape = shapely.make_valid(Polygon(outline), method="structure", keep_collapsed=False)
@@ -165,11 +166,40 @@ def simple_polygons(points: Array, where: str) -> list[Polygon]:
     return solid
 
 
+def _points(points: Array, where: str) -> Array:
+    try:
+        outline = np.array(points, dtype=float, order="C")
+    except (TypeError, ValueError):
+        raise InputError("must be numbers, an array of shape (n, 2)", where) from None
+    if outline.ndim != 2 or outline.shape[1] != 2:
+        raise InputError(f"must have shape (n, 2), got {outline.shape}", where)
+    if not np.isfinite(outline).all():
+        raise InputError("has a coordinate that is NaN or infinite", where)
+    if np.abs(outline).max(initial=0.0) > _FARTHEST:
+        raise InputError(f"has a coordinate beyond {_FARTHEST:g} m", where)
+    return outline
+
+
+def _convex_ring(points: Array) -> Array | None:
+    """A polygon that turns clearly, and once only: simple, so that nothing is to be made valid.
+
+    Counter-clockwise; None: it is not such a polygon.
+    """
+    if len(points) < 3:
+        return None
+    least, most, total = turning(points)
+    if abs(abs(total) - math.tau) > _SAME_ANGLE or abs(_area(points)) < _LEAST_AREA:
+        return None
+    if least > _SAME_ANGLE:
+        return _frozen(points)
+    return _frozen(points[::-1].copy()) if most < -_SAME_ANGLE else None
+
+
 def ring_of(line: shapely.LinearRing, counter_clockwise: bool) -> Array:
     """The distinct points of a ring, as an array that can't be written to."""
     points = np.array(line.coords)[:-1]
     points = points[np.any(points != np.roll(points, 1, axis=0), axis=1)]
-    if (polygons.signed_area(points) > 0.0) != counter_clockwise:
+    if (_area(points) > 0.0) != counter_clockwise:
         points = points[::-1].copy()
     return _frozen(points)
 
@@ -183,6 +213,11 @@ def _solid(polygon: Polygon, velocity: Array, source: int) -> Solid:
 def _solid_parts(shape: shapely.Geometry) -> list[Polygon]:
     parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
     return [part for part in parts if part.area >= _LEAST_AREA]
+
+
+def _area(points: Array) -> float:
+    """Signed; far from the origin the products would drown it in rounding."""
+    return polygons.signed_area(points - points[0])
 
 
 def _vector(values: Array | tuple[float, float], where: str) -> Array:

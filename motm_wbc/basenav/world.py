@@ -228,7 +228,7 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        _check_radius(radius)
+        check_radius(radius)
         asked = ellipse_of(first, second, length)
         if not all(map(math.isfinite, asked)) or len(self._given.points) <= _FEW_CORNERS:
             return self.inflated(radius)
@@ -260,7 +260,7 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        _check_radius(radius)
+        check_radius(radius)
         if radius not in self._inflated:
             if len(self._inflated) >= _KEPT_RADII:
                 self._inflated.popitem(last=False)
@@ -287,6 +287,11 @@ class World:
         return apart + 4.0 * OUTER * radius <= ellipse.length
 
 
-def _check_radius(radius: float) -> None:
+def check_radius(radius: float) -> None:
+    """Refuses what is no radius to inflate by.
+
+    Raises:
+        InputError: it is negative or not finite.
+    """
     if not (math.isfinite(radius) and radius >= 0.0):
         raise InputError(f"must be a finite number >= 0, got {radius}", "inflation")
