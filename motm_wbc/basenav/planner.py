@@ -9,10 +9,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
+from motm_wbc.basenav.field_solver import GoalRoutes, no_way, solve_field
 from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.inflated import Inflated
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
+from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
@@ -23,7 +24,8 @@ from motm_wbc.geometry.arrays import Array
 PoseLike: TypeAlias = Array | tuple[float, float, float | None]
 _FieldKey: TypeAlias = tuple[float, float, float, Inflated]
 _KEPT_FIELDS = 32
-_DETOUR = 1.2  # length of the first ellipse over the distance of its foci
+_DETOUR = 1.05  # length of the first ellipse over the distance of its foci
+_MANY_CORNERS = 1000  # from which on the graph takes longer than uniting the whole world
 _ENDLESS = 1e9  # [m] from which length on the whole world is asked for
 _GROWTH = 1.5  # least growth of an ellipse that was too short
 
@@ -55,7 +57,8 @@ class GlobalPlanner:
 
     A path is searched among what meets an ellipse about its ends (`World.near`), which is
     enlarged until the path is no longer than it allows: then it is the whole world's. The
-    lengths grow by half at least, up to all that there is; that bounds the time.
+    lengths grow by half at least, up to all that there is; that bounds the time. Before a
+    large graph is built, places in different rooms are told apart without one.
 
     Attributes:
         world: the world planned in.
@@ -115,11 +118,12 @@ class GlobalPlanner:
         distance counting at full speed.
 
         With a pose `near`, the times are those of what meets an ellipse about it and the
-        goal. From all poses they are lower bounds, and infinite only where the whole world
-        has no path; they are exact from `near`, and from every pose within `reach` of it
-        whose path is longer by `reach` at most. So the ellipse allows the length of the
-        path from `near` and two reaches more: one for that path, one for the way between
-        the two poses.
+        goal. They are exact from `near`, and from every pose within `reach` of it from
+        which the path found is longer by `reach` at most: the ellipse allows the length of
+        the path from `near` and two reaches more, one for that path, one for the way
+        between the two poses. Beyond, they are lower bounds (but where a pose is pushed out
+        to a point that only a longer path leads from). If there is no path from `near`, all
+        of them may be infinite; else they are only where the whole world has no path.
 
         Args:
             goal: x, y [m], heading [rad], None or NaN: free.
@@ -151,10 +155,10 @@ class GlobalPlanner:
             NoPath: there is none.
         """
         begin, end = _pose(start, "start"), _pose(goal, "goal")
-        path = self.route(begin, end)
         for name, pose in (("start", begin), ("goal", end)):
             if self._is_in_obstacle(pose):
                 raise NoPath(f"the {name} {_text(pose)} lies inside an obstacle")
+        path = self.route(begin, end)
         if path is None:
             raise NoPath(f"there is no path from {_text(begin)} to {_text(end)}")
         return path
@@ -171,9 +175,12 @@ class GlobalPlanner:
     def _search(self, start: Array, goal: Array, spare: float) -> tuple[GoalField, Path | None]:
         """The fastest path, and the field it was found in, right for longer paths by `spare`."""
         apart = math.dist(start[:2], goal[:2])
-        length = _rung(_DETOUR * apart + 2.0 * self._inflation + spare)
+        length = _rung(_DETOUR * apart + 4.0 * self._inflation + spare)
         while True:
             inflated = self.world.near(self._inflation, start[:2], goal[:2], length)
+            corners = len(inflated.walls.corners)
+            if corners > _MANY_CORNERS and not may_be_joined(self.inflated.walls, start, goal):
+                return no_way(inflated.walls, self.speeds), None
             field, routes = self._solved(goal, inflated)
             path = self._path(field, routes, inflated, start, goal)
             if path is None:  # for good, if the goal is where it would be in the whole world
@@ -261,7 +268,7 @@ def _rung(length: float) -> float:
     """The next of few lengths [m], so that near places share what is derived."""
     if not 0.0 < length < _ENDLESS:
         return 0.0 if length <= 0.0 else math.inf
-    return float(2.0 ** (math.ceil(4.0 * math.log2(length)) / 4.0))
+    return float(2.0 ** (math.ceil(8.0 * math.log2(length)) / 8.0))
 
 
 def _pose(pose: PoseLike, where: str) -> Array:
