@@ -25,6 +25,20 @@ class Form:
         self.convex = len(rings) == 1 and turning(rings[0])[0] >= 0.0
         self._grown: dict[float, tuple[shapely.Polygon, ...]] = {}
 
+    @property
+    def corners(self) -> int:
+        """How many corners it has."""
+        return sum(map(len, self.rings))
+
+    def rings_at(self, pose: Array) -> tuple[Array, ...]:
+        """The rings, moved by a pose (3,) [m], [rad]; not to be written to."""
+        if not pose.any():
+            return self.rings
+        moved = tuple(se2.transform_points(pose, ring) for ring in self.rings)
+        for ring in moved:
+            ring.flags.writeable = False
+        return moved
+
     def grown(self, radius: float, grid: float, pose: Array) -> tuple[shapely.Polygon, ...]:
         """Polygons that the form grown by a disc consists of, where the form is at a pose.
 

@@ -7,6 +7,7 @@ path comes nearer to the obstacle than the radius (inscribed arcs would cut it s
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -17,6 +18,10 @@ from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 
+Box: TypeAlias = tuple[float, float, float, float]
+"""x and y of the lower, then of the upper bound [m]."""
+
+_EVERYWHERE = (-math.inf, -math.inf, math.inf, math.inf)
 _QUARTER_SEGMENTS = 4
 _ARC = 0.5 * math.pi / _QUARTER_SEGMENTS  # [rad] largest turn between outline segments
 OUTER = 1.0 / math.cos(0.5 * _ARC)
@@ -68,9 +73,16 @@ def shrink(boundary: Array, radius: float, grid: float) -> tuple[shapely.Polygon
     return tuple(united([floor], grid, without=rim))
 
 
-def offset_pieces(ring: Array, radius: float) -> list[shapely.Polygon]:
-    """Strips along the edges and sectors at the convex corners, on the right of a ring."""
-    corners, piece = _offsets(np.ascontiguousarray(ring), radius)
+def offset_pieces(ring: Array, radius: float, box: Box | None = None) -> list[shapely.Polygon]:
+    """Strips along the edges and sectors at the convex corners, on the right of a ring.
+
+    Args:
+        ring: (n, 2) [m].
+        radius: of the disc [m].
+        box: only those of edges that may meet it; None: all.
+    """
+    bounds = np.array(_EVERYWHERE if box is None else box)
+    corners, piece = _offsets(np.ascontiguousarray(ring), radius, bounds)
     return list(shapely.polygons(shapely.linearrings(corners, indices=piece)))
 
 
@@ -141,7 +153,18 @@ def _fans(points: Array, starts: Indices, ends: Indices, radius: float) -> tuple
 
 
 @kernel
-def _offsets(ring: Array, radius: float) -> tuple[Array, Indices]:
+def _offset(ring: Array, a: int, b: int, radius: float) -> tuple[float, float]:
+    """From the edge between two corners to its outline on the right [m].
+
+    One for the pieces on either side of a corner: they then meet to the bit.
+    """
+    ex, ey = ring[b, 0] - ring[a, 0], ring[b, 1] - ring[a, 1]
+    length = math.hypot(ex, ey)
+    return radius * ey / length, -radius * ex / length
+
+
+@kernel
+def _offsets(ring: Array, radius: float, box: Array) -> tuple[Array, Indices]:
     """Closed rings of the pieces of `offset_pieces`: corners, and the piece of each."""
     corners = ring.shape[0]
     most = corners * (5 + 4 + 2 * _QUARTER_SEGMENTS + 1)
@@ -149,26 +172,30 @@ def _offsets(ring: Array, radius: float) -> tuple[Array, Indices]:
     piece = np.empty(most, dtype=np.int64)
     count, pieces = 0, 0
     for here in range(corners):
+        before = here - 1 if here > 0 else corners - 1
         after = 0 if here + 1 == corners else here + 1
-        start, turn = _corner(ring, here - 1 if here > 0 else corners - 1, here, after)
-        dx, dy = radius * math.cos(start + turn), radius * math.sin(start + turn)
+        x, y, ax, ay = ring[here, 0], ring[here, 1], ring[after, 0], ring[after, 1]
+        if max(x, ax) < box[0] or min(x, ax) > box[2] or max(y, ay) < box[1] or min(y, ay) > box[3]:
+            continue
+        dx, dy = _offset(ring, here, after, radius)
         first = count
-        out[count] = ring[here]
-        out[count + 1] = ring[after]
-        out[count + 2, 0], out[count + 2, 1] = ring[after, 0] + dx, ring[after, 1] + dy
-        out[count + 3, 0], out[count + 3, 1] = ring[here, 0] + dx, ring[here, 1] + dy
-        out[count + 4] = ring[here]
+        out[count, 0], out[count, 1] = x, y
+        out[count + 1, 0], out[count + 1, 1] = ax, ay
+        out[count + 2, 0], out[count + 2, 1] = ax + dx, ay + dy
+        out[count + 3, 0], out[count + 3, 1] = x + dx, y + dy
+        out[count + 4, 0], out[count + 4, 1] = x, y
         count += 5
         piece[first:count] = pieces
         pieces += 1
+        start, turn = _corner(ring, before, here, after)
         if turn > 0.0:
             first = count
-            out[count] = ring[here]
-            out[count + 1, 0] = ring[here, 0] + radius * math.cos(start)
-            out[count + 1, 1] = ring[here, 1] + radius * math.sin(start)
-            count = _fan(ring[here, 0], ring[here, 1], start, turn, radius, out, count + 2)
-            out[count, 0], out[count, 1] = ring[here, 0] + dx, ring[here, 1] + dy
-            out[count + 1] = ring[here]
+            bx, by = _offset(ring, before, here, radius)
+            out[count, 0], out[count, 1] = x, y
+            out[count + 1, 0], out[count + 1, 1] = x + bx, y + by
+            count = _fan(x, y, start, turn, radius, out, count + 2)
+            out[count, 0], out[count, 1] = x + dx, y + dy
+            out[count + 1, 0], out[count + 1, 1] = x, y
             count += 2
             piece[first:count] = pieces
             pieces += 1

@@ -14,7 +14,7 @@ from shapely.geometry import Polygon
 from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.basenav.inflation import turning
 from motm_wbc.errors import InputError
-from motm_wbc.geometry import polygons, se2
+from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 
 _LEAST_AREA = 1e-9  # [m^2]
@@ -78,9 +78,7 @@ class Solid:
     @cached_property
     def rings(self) -> tuple[Array, ...]:
         """Outline and holes (n, 2) each [m], with what is blocked on their left."""
-        if not self.pose.any():
-            return self.form.rings
-        return tuple(_frozen(se2.transform_points(self.pose, ring)) for ring in self.form.rings)
+        return self.form.rings_at(self.pose)
 
     @property
     def outline(self) -> Array:

@@ -67,27 +67,37 @@ def _groups(
 def _combined(
     kept: list[shapely.Polygon], cut: list[shapely.Polygon], grid: float
 ) -> list[shapely.Polygon]:
-    plain = shapely.union_all(kept)
-    if cut:
-        plain = shapely.difference(plain, shapely.union_all(cut))
-    parts = _polygons(plain, grid)
-    if parts and not _almost_touches(parts, grid):
-        return parts
-    rounded = shapely.union_all(kept, grid_size=grid)
-    if cut:
-        outer = shapely.union_all(cut, grid_size=grid)
-        rounded = shapely.difference(rounded, outer, grid_size=grid)
-    return _polygons(rounded, grid)
+    for size in (None, grid):
+        united = shapely.union_all(kept, grid_size=size)
+        if cut:
+            united = shapely.difference(
+                united, shapely.union_all(cut, grid_size=size), grid_size=size
+            )
+        parts = _polygons(united, grid, fill=not cut)
+        if size is None and parts and not _almost_touches(parts, grid):
+            break
+    return parts
 
 
-def _polygons(geometry: shapely.Geometry, grid: float) -> list[shapely.Polygon]:
-    """Polygons of a geometry, without slivers thinner than rounding."""
-    parts = shapely.get_parts(geometry)
-    return [
-        part
-        for part in parts
-        if part.geom_type == "Polygon" and part.area > 10.0 * grid * part.length
-    ]
+def _polygons(geometry: shapely.Geometry, grid: float, fill: bool) -> list[shapely.Polygon]:
+    """Polygons of a geometry, without slivers thinner than rounding.
+
+    Args:
+        geometry: of any kind.
+        grid: to which what meets is rounded [m].
+        fill: close holes that are such slivers too: gaps between what met.
+    """
+    parts = [part for part in shapely.get_parts(geometry) if not _is_sliver(part, grid)]
+    return [_filled(part, grid) for part in parts] if fill else parts
+
+
+def _is_sliver(part: shapely.Geometry, grid: float) -> bool:
+    return part.geom_type != "Polygon" or bool(part.area <= 10.0 * grid * part.length)
+
+
+def _filled(part: shapely.Polygon, grid: float) -> shapely.Polygon:
+    holes = [hole for hole in part.interiors if not _is_sliver(shapely.Polygon(hole), grid)]
+    return part if len(holes) == len(part.interiors) else shapely.Polygon(part.exterior, holes)
 
 
 def _almost_touches(parts: list[shapely.Polygon], grid: float) -> bool:

@@ -10,20 +10,18 @@ and is the whole world's optimum. What can't be reached in it can't be reached a
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 import numpy as np
 import shapely
 
 from motm_wbc.basenav.form import Form
-from motm_wbc.basenav.inflation import OUTER, grow_convex
+from motm_wbc.basenav.inflation import OUTER, Box, grow_convex, offset_pieces
 from motm_wbc.basenav.outlines import Ellipse, Outlines, relations
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
 
-Box: TypeAlias = tuple[float, float, float, float]
-
-_LARGE = 64  # corners from which on an outline is clipped to what is near
+_LARGE = 64  # corners from which on an outline is cut to what is near
+_MAP = 256  # corners from which on only what is near is inflated
 _LEAST_LENGTH = 0.25  # [m]
 _CELLS = 32.0  # cells in the length of an ellipse
 
@@ -59,15 +57,27 @@ def blocked_near(
         chosen: which ones are wanted.
         radius: of the disc [m].
         grid: to which what meets is rounded [m].
-        clip: box that outlines of many corners are cut to; None: they are left as they are.
+        clip: box about which outlines of many corners are wanted, the rest of them may be
+            missing; None: all.
     """
     convex = np.array([forms[k].convex for k in chosen], dtype=bool)
     first = outlines.first_ring[chosen[convex]]
     starts, ends = outlines.ring_start[first], outlines.ring_start[first + 1]
     parts = grow_convex(outlines.points, starts, ends, radius)
     for k in chosen[~convex]:
-        for part in forms[k].grown(radius, grid, poses[k]):
-            parts += [part] if clip is None else clipped(part, clip)
+        if clip is None:
+            parts += forms[k].grown(radius, grid, poses[k])
+            continue
+        if forms[k].corners < _MAP:
+            grown = forms[k].grown(radius, grid, poses[k])
+            parts += [piece for part in grown for piece in clipped(part, clip)]
+            continue
+        rings = forms[k].rings_at(poses[k])
+        parts += clipped(shapely.Polygon(rings[0], rings[1:]), clip)
+        if radius > 0.0:
+            room = OUTER * radius
+            about = (clip[0] - room, clip[1] - room, clip[2] + room, clip[3] + room)
+            parts += [piece for ring in rings for piece in offset_pieces(ring, radius, about)]
     return parts
 
 

@@ -13,12 +13,11 @@ from shapely.geometry import Polygon
 from motm_wbc.basenav.floor import Floor
 from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.basenav.inflated import Inflated
-from motm_wbc.basenav.inflation import OUTER
+from motm_wbc.basenav.inflation import OUTER, Box
 from motm_wbc.basenav.obstacle import ObstacleLike, Solid, ring_of, simple_polygons, solids_of
 from motm_wbc.basenav.outlines import APART, Ellipse, Outlines, ellipse_of, moved, pack
 from motm_wbc.basenav.union import snap_grid, united
 from motm_wbc.basenav.vicinity import (
-    Box,
     blocked_near,
     box_about,
     relations_grown,
