@@ -18,10 +18,12 @@ from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 
 _LEAST_AREA = 1e-9  # [m^2]
-_FARTHEST = 1e7  # [m] from the origin; beyond it doubles are coarser than what touches
 _SAME_ANGLE = 1e-6  # [rad]
 _DISC_SIDES = 32  # the outline lies within 0.5 % of the radius outside of the circle
 _AT_REST = (0.0, 0.0)
+
+FARTHEST = 1e7
+"""No coordinate may be larger [m]: beyond, doubles are coarser than what counts as touching."""
 
 
 @dataclass(frozen=True)
@@ -173,8 +175,8 @@ def _points(points: Array, where: str) -> Array:
         raise InputError(f"must have shape (n, 2), got {outline.shape}", where)
     if not np.isfinite(outline).all():
         raise InputError("has a coordinate that is NaN or infinite", where)
-    if np.abs(outline).max(initial=0.0) > _FARTHEST:
-        raise InputError(f"has a coordinate beyond {_FARTHEST:g} m", where)
+    if np.abs(outline).max(initial=0.0) > FARTHEST:
+        raise InputError(f"has a coordinate beyond {FARTHEST:g} m", where)
     return outline
 
 

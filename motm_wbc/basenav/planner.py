@@ -12,6 +12,7 @@ import numpy as np
 from motm_wbc.basenav.field_solver import GoalRoutes, no_way, solve_field
 from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.inflated import Inflated
+from motm_wbc.basenav.obstacle import FARTHEST
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
 from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.tracing import trace
@@ -280,6 +281,8 @@ def _pose(pose: PoseLike, where: str) -> Array:
         raise InputError("must be x, y and heading (None: free)", where) from None
     if not np.isfinite(values[:2]).all() or np.isinf(values[2]):
         raise InputError(f"must be finite numbers, got {_text(values)}", where)
+    if np.abs(values[:2]).max() > FARTHEST:
+        raise InputError(f"must lie within {FARTHEST:g} m, got {_text(values)}", where)
     return values
 
 

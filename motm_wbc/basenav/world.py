@@ -29,7 +29,8 @@ from motm_wbc.geometry.arrays import Array
 
 _KEPT_RADII = 8
 _KEPT_VICINITIES = 32
-_FEW_CORNERS = 128  # of obstacles: the whole world is as quick as a part of it
+_ENDLESS = 1e9  # [m] so far away, there is no telling places apart
+_FEW_CORNERS = 128
 
 
 class World:
@@ -188,6 +189,12 @@ class World:
         return world
 
     @cached_property
+    def _is_small(self) -> bool:
+        """The whole world is derived as quickly as a part of it."""
+        floor = 0 if self.boundary is None else len(self.boundary)
+        return len(self._given.points) + floor <= _FEW_CORNERS
+
+    @cached_property
     def _extent(self) -> tuple[float, float, float, float]:
         """X and y of the lower, then of the upper bound of all that there is [m]."""
         boxes = self.outlines.box
@@ -229,7 +236,7 @@ class World:
         """
         check_radius(radius)
         asked = ellipse_of(first, second, length)
-        if not all(map(math.isfinite, asked)) or len(self._given.points) <= _FEW_CORNERS:
+        if self._is_small or not max(map(abs, asked)) < _ENDLESS:
             return self.inflated(radius)
         ellipse = rounded_up(asked)
         key = (radius, ellipse)
