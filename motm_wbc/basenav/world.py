@@ -180,12 +180,12 @@ class World:
         changed = (poses != self._poses).any(axis=1)
         if not changed.any():
             world._inflated.update(self._inflated)
-        for key, vicinity in self._vicinities.items():
-            if (
-                not (vicinity.members & changed).any()
-                and not (changed & (relations_grown(world.outlines, key[1], key[0]) != APART)).any()
-            ):
-                world._vicinities[key] = vicinity
+        for (radius, ellipse), vicinity in self._vicinities.items():
+            if (vicinity.members & changed).any():
+                continue
+            now = relations_grown(world.outlines, ellipse, radius) != APART
+            if not (now & changed).any():
+                world._vicinities[radius, ellipse] = vicinity
         return world
 
     @cached_property

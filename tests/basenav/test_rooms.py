@@ -4,17 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from shapely.geometry import Polygon
 
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.world import World
-from motm_wbc.geometry.polygons import disc, rectangle
+from motm_wbc.geometry.polygons import rectangle
 
 
-def bars(rng, side):
-    """Long thin obstacles, so that they close off rooms."""
+def thin(rng, side):
+    """A long thin obstacle; many of them close off rooms."""
     bar = rectangle(rng.uniform(2.0, 6.0), 0.2)
     turn = rng.choice([0.0, 0.5 * math.pi, rng.uniform(0.0, math.pi)])
     c, s = math.cos(turn), math.sin(turn)
@@ -26,7 +25,7 @@ def test_places_are_joined_if_and_only_if_a_path_leads_there():
     for seed in range(20):
         rng = np.random.default_rng(seed)
         boundary = rectangle(12.0, 12.0) if seed % 2 else None
-        world = World([bars(rng, 12.0) for _ in range(22)], boundary)
+        world = World([thin(rng, 12.0) for _ in range(22)], boundary)
         nav = GlobalPlanner(world, 0.5, 1.745, inflation=0.1)
         walls = nav.inflated.walls
         for start, goal in rng.uniform(-5.5, 5.5, (12, 2, 2)):
@@ -39,19 +38,17 @@ def test_places_are_joined_if_and_only_if_a_path_leads_there():
     assert min(found.values()) > 15
 
 
-def test_a_room_in_a_room():
-    walls = (
-        World(
-            [
-                *(rectangle(8.2, 0.2) + np.array([0.0, y]) for y in (-4.0, 4.0)),
-                *(rectangle(0.2, 8.2) + np.array([x, 0.0]) for x in (-4.0, 4.0)),
-                *(rectangle(2.2, 0.2) + np.array([0.0, y]) for y in (-1.0, 1.0)),
-                *(rectangle(0.2, 2.2) + np.array([x, 0.0]) for x in (-1.0, 1.0)),
-            ]
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_room_in_a_room(order):
+    bars = [
+        bar
+        for size in (8.0, 2.0)
+        for bar in (
+            *(rectangle(size + 0.2, 0.2) + np.array([0.0, 0.5 * y * size]) for y in (-1, 1)),
+            *(rectangle(0.2, size + 0.2) + np.array([0.5 * x * size, 0.0]) for x in (-1, 1)),
         )
-        .inflated(0.0)
-        .walls
-    )
+    ]
+    walls = World(bars[::order]).inflated(0.0).walls
     places = {"inner": (0.0, 0.0), "outer": (2.0, 0.5), "outside": (6.0, 0.0)}
     for name, here in places.items():
         for other, there in places.items():
@@ -60,10 +57,6 @@ def test_a_room_in_a_room():
 
 
 def test_a_goal_that_is_pushed_out_lies_in_the_room_that_it_is_pushed_to():
-    ring = Polygon(disc(3.0, 40), [disc(2.0, 40)])
-    obstacles = [np.array(ring.exterior.coords), np.array(ring.interiors[0].coords)]
-    world = World([obstacles[0]])
-    assert may_be_joined(world.inflated(0.0).walls, np.array([5.0, 0.0]), np.array([2.9, 0.0]))
     yard = [rectangle(6.0, 1.0) + np.array([0.0, y]) for y in (-3.0, 3.0)]
     yard += [rectangle(1.0, 6.0) + np.array([x, 0.0]) for x in (-3.0, 3.0)]
     walls = World(yard).inflated(0.0).walls

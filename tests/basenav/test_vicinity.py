@@ -99,18 +99,36 @@ def test_a_rounded_ellipse_contains_the_one_asked_for(ax, ay, bx, by, length):
         assert (rim < np.array([x1, y1]) + 1e-9).all()
 
 
-@pytest.mark.parametrize("radius", [0.0, 0.3])
-def test_what_is_near_blocks_the_same_in_the_ellipse_and_nowhere_more(radius):
+def ragged_ring(radius, corners):
+    """A circle of many corners, up to 0.2 m off."""
+    rng = np.random.default_rng(0)
+    angle = np.linspace(0.0, math.tau, corners + 1)[:-1]
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    return (radius + rng.uniform(-0.2, 0.2, corners))[:, None] * circle
+
+
+def ordinary():
     obstacles, side = scattered(5, 60, 2.0)
     obstacles += [Disc((1.0, -3.0), 0.4), Obstacle(disc(2.0) + 3.0, (disc(1.5) + 3.0,))]
-    world = World(obstacles, boundary=rectangle(side, side))
-    near = world.near(radius, FIRST, SECOND, 6.0)
+    return World(obstacles, boundary=rectangle(side, side))
+
+
+def like_a_map():
+    walls = Obstacle(disc(5.0), (ragged_ring(2.5, 300),))
+    return World([walls, ragged_ring(1.2, 100), disc(0.3, 5) + np.array([2.0, 0.0])])
+
+
+@pytest.mark.parametrize("world", [ordinary(), like_a_map()])
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+def test_what_is_near_blocks_the_same_in_the_ellipse_and_nowhere_more(world, radius):
+    near = world.near(radius, FIRST, SECOND, 4.6)
     whole = world.inflated(radius)
-    assert 0 < near.members.sum() < len(obstacles)
+    assert near.ellipse is not None
+    assert len(near.walls.corners) < len(whole.walls.corners)
     rng = np.random.default_rng(0)
     point = np.empty(2)
     seen = {True: 0, False: 0}
-    for x, y in rng.uniform(-0.5 * side, 0.5 * side, (3000, 2)):
+    for x, y in rng.uniform(-6.0, 6.0, (3000, 2)):
         deep = push_out(whole.walls, x, y, point)
         here = push_out(near.walls, x, y, point)
         assert here <= deep + 1e-9
@@ -266,9 +284,7 @@ def test_a_planner_takes_another_world():
 @pytest.mark.parametrize("radius", [0.0, 0.1])
 def test_of_a_map_of_many_corners_only_what_is_near_is_used(radius):
     rng = np.random.default_rng(0)
-    angle = np.linspace(0.0, math.tau, 301)[:-1]
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    ragged = (8.0 + rng.uniform(-0.2, 0.2, 300))[:, None] * circle
+    ragged = ragged_ring(8.0, 300)
     inner = [disc(0.4, 7) + rng.uniform(-5.0, 5.0, 2) for _ in range(12)]
     for world in (World([Obstacle(disc(12.0), (ragged,)), *inner]), World(inner, ragged)):
         nav = GlobalPlanner(world, 0.5, 1.745, inflation=radius)
