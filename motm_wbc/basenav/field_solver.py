@@ -187,3 +187,17 @@ def solve_field(
     bound = _chain_bounds(start, cost_on)
     field = GoalField(walls, start, turn, cost_on, bound, goals, speeds)
     return field, GoalRoutes(best, source, successor)
+
+
+def no_way(walls: Walls, speeds: Speeds) -> GoalField:
+    """The field of no goal at all: infinite everywhere."""
+    chains = 2 * walls.corners.shape[0]
+    return GoalField(
+        walls=walls,
+        chain_start=np.zeros(chains + 1, dtype=np.int64),
+        exit_turn=np.empty(0),
+        exit_cost=np.empty((0, 2)),
+        chain_bound=np.full(chains, math.inf),
+        goals=np.empty((0, 4)),
+        speeds=speeds,
+    )

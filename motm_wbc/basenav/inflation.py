@@ -1,4 +1,4 @@
-"""Obstacles grown by a disc, and united: the free space of a point robot.
+"""Obstacles grown by a disc: the free space of a point robot.
 
 An inflated outline contains the exact one: its corners circumscribe the arc, so that no
 path comes nearer to the obstacle than the radius (inscribed arcs would cut it short).
@@ -7,118 +7,196 @@ path comes nearer to the obstacle than the radius (inscribed arcs would cut it s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 import numpy as np
 import shapely
-from shapely.geometry import MultiPolygon, Polygon
+from shapely.geometry import Polygon
 
-from motm_wbc.basenav.obstacle import Solid
+from motm_wbc.basenav.union import united
+from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.jit import kernel
 
+Box: TypeAlias = tuple[float, float, float, float]
+"""x and y of the lower, then of the upper bound [m]."""
+
+_EVERYWHERE = (-math.inf, -math.inf, math.inf, math.inf)
 _QUARTER_SEGMENTS = 4
 _ARC = 0.5 * math.pi / _QUARTER_SEGMENTS  # [rad] largest turn between outline segments
+OUTER = 1.0 / math.cos(0.5 * _ARC)
+"""An inflated outline is at most `OUTER` x radius away from its obstacle."""
 
 
-def snap_grid(extent: float) -> float:
-    """Grid to which outlines are rounded before they are united [m].
-
-    Outlines that meet up to rounding then meet exactly, at common corners; 1e-11 m within
-    1 km of the origin, coarser beyond, as doubles are.
-    """
-    decades = math.ceil(math.log10(max(extent, 1000.0)))
-    return float(10.0 ** (decades - 14))
-
-
-def free_space(
-    solids: Sequence[Solid], boundary: Array | None, radius: float
-) -> tuple[MultiPolygon, bool]:
-    """What a disc's centre can't (or, inside a boundary, can) be at.
+def grow_convex(
+    points: Array, starts: Indices, ends: Indices, radius: float
+) -> list[shapely.Polygon]:
+    """Convex polygons grown by a disc, all at once.
 
     Args:
-        solids: simple polygons, holes allowed.
-        boundary: (n, 2) counter-clockwise outline that the disc must stay in, or None.
+        points: (n, 2) corners [m].
+        starts: (s,) first corner of each polygon, counter-clockwise.
+        ends: (s,) one past the last one.
         radius: of the disc [m].
-
-    Returns:
-        The blocked region and False, or, if there is a boundary, the free region and True.
-        Both are noded: where two outlines touch, both have a corner.
     """
-    outlines = [solid.outline for solid in solids]
-    every = outlines if boundary is None else [*outlines, boundary]
-    grid = snap_grid(max((float(np.abs(points).max()) for points in every), default=0.0))
-    grown = [piece for solid in solids for piece in _grow(solid, radius)]
-    blocked = shapely.union_all(grown, grid_size=grid)
-    if boundary is None:
-        return _polygons(blocked, grid), False
-    outside = boundary[::-1]  # blocked on the left of its edges, as for obstacles
-    rim = [Polygon(piece) for piece in _offset_pieces(outside, radius)] if radius > 0.0 else []
-    free = shapely.difference(
-        Polygon(boundary), shapely.union_all([blocked, *rim], grid_size=grid), grid_size=grid
-    )
-    return _polygons(free, grid), True
+    corners, ring = _fans(points, starts, ends, radius)
+    return list(shapely.polygons(shapely.linearrings(corners, indices=ring)))
 
 
-def _polygons(geometry: shapely.Geometry, grid: float) -> MultiPolygon:
-    """Polygons of a geometry, without slivers thinner than rounding."""
-    parts = shapely.get_parts(geometry)
-    return MultiPolygon(
-        [
-            part
-            for part in parts
-            if part.geom_type == "Polygon" and part.area > 10.0 * grid * part.length
-        ]
-    )
+def grow(rings: tuple[Array, ...], radius: float, grid: float) -> tuple[shapely.Polygon, ...]:
+    """Polygons that a polygon (outline and holes) grown by a disc consists of.
+
+    Args:
+        rings: (n, 2) each, with what is blocked on their left [m].
+        radius: of the disc [m].
+        grid: to which what meets is rounded [m].
+    """
+    solid = Polygon(rings[0], rings[1:])
+    if radius == 0.0:
+        return (solid,)
+    rims = [piece for ring in rings for piece in offset_pieces(ring, radius)]
+    return tuple(united([solid, *rims], grid))
 
 
-def _grow(solid: Solid, radius: float) -> Iterator[Polygon]:
-    """Polygons whose union is the solid grown by a disc."""
-    convex = not solid.holes and (_turns(solid.outline) >= 0.0).all()
-    if convex and radius > 0.0:
-        yield Polygon(np.vstack([_fan(*corner, radius) for corner in _corners(solid.outline)]))
-        return
-    yield Polygon(solid.outline, solid.holes)
-    if radius > 0.0:
-        for ring in solid.rings:
-            yield from (Polygon(piece) for piece in _offset_pieces(ring, radius))
+def shrink(boundary: Array, radius: float, grid: float) -> tuple[shapely.Polygon, ...]:
+    """Polygons that are left of a floor where the disc's centre must stay.
+
+    Args:
+        boundary: (n, 2) counter-clockwise outline of the floor [m].
+        radius: of the disc [m].
+        grid: to which what meets is rounded [m].
+    """
+    floor = Polygon(boundary)
+    if radius == 0.0:
+        return (floor,)
+    rim = united(offset_pieces(boundary[::-1], radius), grid)
+    return tuple(united([floor], grid, without=rim))
 
 
-def _offset_pieces(ring: Array, radius: float) -> Iterator[Array]:
-    """Strips along the edges and sectors at the corners, on the right of the ring."""
-    following = np.roll(ring, -1, axis=0)
-    for point, (start, turn), after in zip(ring, _normals(ring), following, strict=True):
-        end = start + turn  # normal angle of the outgoing edge
-        offset = radius * np.array([math.cos(end), math.sin(end)])
-        yield np.array([point, after, after + offset, point + offset])
-        if turn > 0.0:
-            first = point + radius * np.array([math.cos(start), math.sin(start)])
-            arc = _fan(point, start, turn, radius)
-            yield np.vstack([point[None], first[None], arc, (point + offset)[None]])
+def offset_pieces(ring: Array, radius: float, box: Box | None = None) -> list[shapely.Polygon]:
+    """Strips along the edges and sectors at the convex corners, on the right of a ring.
+
+    Args:
+        ring: (n, 2) [m].
+        radius: of the disc [m].
+        box: only those of edges that may meet it; None: all.
+    """
+    bounds = np.array(_EVERYWHERE if box is None else box)
+    corners, piece = _offsets(np.ascontiguousarray(ring), radius, bounds)
+    return list(shapely.polygons(shapely.linearrings(corners, indices=piece)))
 
 
-def _corners(ring: Array) -> Iterator[tuple[Array, float, float]]:
-    for point, (start, turn) in zip(ring, _normals(ring), strict=True):
-        yield point, start, turn
+@kernel
+def _corner(points: Array, before: int, here: int, after: int) -> tuple[float, float]:
+    """Angle of the incoming edge's outer normal at a corner, and the turn there [rad]."""
+    ix, iy = points[here, 0] - points[before, 0], points[here, 1] - points[before, 1]
+    ox, oy = points[after, 0] - points[here, 0], points[after, 1] - points[here, 1]
+    turn = math.atan2(ix * oy - iy * ox, ix * ox + iy * oy)
+    return math.atan2(iy, ix) - 0.5 * math.pi, turn
 
 
-def _normals(ring: Array) -> Iterator[tuple[float, float]]:
-    """For each corner: angle of the incoming edge's outer normal, and its turn [rad]."""
-    incoming = ring - np.roll(ring, 1, axis=0)
-    for edge, turn in zip(incoming, _turns(ring), strict=True):
-        yield math.atan2(edge[1], edge[0]) - 0.5 * math.pi, float(turn)
+@kernel
+def turning(ring: Array) -> tuple[float, float, float]:
+    """How a ring turns to the left at its corners: least, most, and in all [rad]."""
+    least, most, total = math.inf, -math.inf, 0.0
+    count = ring.shape[0]
+    for here in range(count):
+        after = 0 if here + 1 == count else here + 1
+        _, turn = _corner(ring, here - 1 if here > 0 else count - 1, here, after)
+        least, most, total = min(least, turn), max(most, turn), total + turn
+    return least, most, total
 
 
-def _turns(ring: Array) -> Array:
-    incoming = ring - np.roll(ring, 1, axis=0)
-    outgoing = np.roll(incoming, -1, axis=0)
-    cross = incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0]
-    return np.asarray(np.arctan2(cross, (incoming * outgoing).sum(axis=1)))
+@kernel
+def _fan(
+    x: float, y: float, start: float, turn: float, radius: float, out: Array, count: int
+) -> int:
+    """Writes the corners that circumscribe the arc about a convex corner; how many there are.
 
-
-def _fan(point: Array, start: float, turn: float, radius: float) -> Array:
-    """Corners of the outline that circumscribes the arc about a convex corner."""
-    count = max(1, math.ceil(turn / _ARC - 1e-9))
-    step = turn / count
-    angles = start + step * (np.arange(count) + 0.5)
+    They go to `out` from row `count` on; returns the row after the last one.
+    """
+    steps = max(1, math.ceil(turn / _ARC - 1e-9))
+    step = turn / steps
     outer = radius / math.cos(0.5 * step)
-    return np.asarray(point + outer * np.column_stack([np.cos(angles), np.sin(angles)]))
+    for k in range(steps):
+        angle = start + step * (k + 0.5)
+        out[count, 0] = x + outer * math.cos(angle)
+        out[count, 1] = y + outer * math.sin(angle)
+        count += 1
+    return count
+
+
+@kernel
+def _fans(points: Array, starts: Indices, ends: Indices, radius: float) -> tuple[Array, Indices]:
+    """Closed rings of convex polygons grown by a disc: corners, and the ring of each."""
+    total = 0
+    for k in range(starts.size):
+        total += ends[k] - starts[k] + 4 * _QUARTER_SEGMENTS + 2
+    out = np.empty((total, 2))
+    ring = np.empty(total, dtype=np.int64)
+    count = 0
+    for k in range(starts.size):
+        first = count
+        for here in range(starts[k], ends[k]):
+            if radius == 0.0:
+                out[count] = points[here]
+                count += 1
+                continue
+            before = ends[k] - 1 if here == starts[k] else here - 1
+            after = starts[k] if here + 1 == ends[k] else here + 1
+            start, turn = _corner(points, before, here, after)
+            count = _fan(points[here, 0], points[here, 1], start, turn, radius, out, count)
+        out[count] = out[first]
+        count += 1
+        ring[first:count] = k
+    return out[:count], ring[:count]
+
+
+@kernel
+def _offset(ring: Array, a: int, b: int, radius: float) -> tuple[float, float]:
+    """From the edge between two corners to its outline on the right [m].
+
+    One for the pieces on either side of a corner: they then meet to the bit.
+    """
+    ex, ey = ring[b, 0] - ring[a, 0], ring[b, 1] - ring[a, 1]
+    length = math.hypot(ex, ey)
+    return radius * ey / length, -radius * ex / length
+
+
+@kernel
+def _offsets(ring: Array, radius: float, box: Array) -> tuple[Array, Indices]:
+    """Closed rings of the pieces of `offset_pieces`: corners, and the piece of each."""
+    corners = ring.shape[0]
+    most = corners * (5 + 4 + 2 * _QUARTER_SEGMENTS + 1)
+    out = np.empty((most, 2))
+    piece = np.empty(most, dtype=np.int64)
+    count, pieces = 0, 0
+    for here in range(corners):
+        before = here - 1 if here > 0 else corners - 1
+        after = 0 if here + 1 == corners else here + 1
+        x, y, ax, ay = ring[here, 0], ring[here, 1], ring[after, 0], ring[after, 1]
+        if max(x, ax) < box[0] or min(x, ax) > box[2] or max(y, ay) < box[1] or min(y, ay) > box[3]:
+            continue
+        dx, dy = _offset(ring, here, after, radius)
+        first = count
+        out[count, 0], out[count, 1] = x, y
+        out[count + 1, 0], out[count + 1, 1] = ax, ay
+        out[count + 2, 0], out[count + 2, 1] = ax + dx, ay + dy
+        out[count + 3, 0], out[count + 3, 1] = x + dx, y + dy
+        out[count + 4, 0], out[count + 4, 1] = x, y
+        count += 5
+        piece[first:count] = pieces
+        pieces += 1
+        start, turn = _corner(ring, before, here, after)
+        if turn > 0.0:
+            first = count
+            bx, by = _offset(ring, before, here, radius)
+            out[count, 0], out[count, 1] = x, y
+            out[count + 1, 0], out[count + 1, 1] = x + bx, y + by
+            count = _fan(x, y, start, turn, radius, out, count + 2)
+            out[count, 0], out[count, 1] = x + dx, y + dy
+            out[count + 1, 0], out[count + 1, 1] = x, y
+            count += 2
+            piece[first:count] = pieces
+            pieces += 1
+    return out[:count], piece[:count]

@@ -9,18 +9,26 @@ from typing import TypeAlias
 
 import numpy as np
 
-from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
+from motm_wbc.basenav.field_solver import GoalRoutes, no_way, solve_field
 from motm_wbc.basenav.goal_field import GoalField
+from motm_wbc.basenav.inflated import Inflated
+from motm_wbc.basenav.obstacle import FARTHEST
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
+from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
-from motm_wbc.basenav.world import Inflated, World
+from motm_wbc.basenav.world import World, check_radius
 from motm_wbc.errors import InputError, NoPath
 from motm_wbc.geometry.arrays import Array
 
 PoseLike: TypeAlias = Array | tuple[float, float, float | None]
-_KEPT_GOALS = 16
+_FieldKey: TypeAlias = tuple[float, float, float, Inflated]
+_KEPT_FIELDS = 32
+_DETOUR = 1.05  # length of the first ellipse over the distance of its foci
+_MANY_CORNERS = 1000  # from which on the graph takes longer than uniting the whole world
+_ENDLESS = 1e9  # [m] from which length on the whole world is asked for
+_GROWTH = 1.5  # least growth of an ellipse that was too short
 
 
 @dataclass(frozen=True)
@@ -48,9 +56,13 @@ class Path:
 class GlobalPlanner:
     """Exact PathRTR paths of a disc over the tangent visibility graph.
 
+    A path is searched among what meets an ellipse about its ends (`World.near`), which is
+    enlarged until the path is no longer than it allows: then it is the whole world's. The
+    lengths grow by half at least, up to all that there is; that bounds the time. Before a
+    large graph is built, places in different rooms are told apart without one.
+
     Attributes:
         world: the world planned in.
-        inflated: its free space for a disc of radius `inflation`.
         speeds: speeds of the base.
     """
 
@@ -62,7 +74,7 @@ class GlobalPlanner:
         inflation: float = 0.0,
         v_reverse: float = 0.0,
     ) -> None:
-        """Prepare the planner; the graph is built when it is first needed.
+        """Prepare the planner; graphs are built when they are first needed.
 
         Args:
             world: obstacles.
@@ -79,24 +91,55 @@ class GlobalPlanner:
                 raise InputError(f"must be a finite number > 0, got {value}", name)
         if not (math.isfinite(v_reverse) and v_reverse >= 0.0):
             raise InputError(f"must be a finite number >= 0, got {v_reverse}", "v_reverse")
+        check_radius(inflation)
         self.world = world
         self.speeds = Speeds(float(v_max), float(v_reverse), float(omega_max))
-        self.inflated: Inflated = world.inflated(inflation)
-        self._fields: OrderedDict[tuple[float, ...], tuple[GoalField, GoalRoutes]] = OrderedDict()
+        self._inflation = inflation
+        self._fields: OrderedDict[_FieldKey, tuple[GoalField, GoalRoutes]] = OrderedDict()
 
-    def goal_field(self, goal: PoseLike) -> GoalField:
+    @property
+    def inflated(self) -> Inflated:
+        """The whole free space of a disc of radius `inflation`."""
+        return self.world.inflated(self._inflation)
+
+    def update(self, world: World) -> None:
+        """Plan in another world from now on.
+
+        If it was made from the one before (`World.after`, `World.transformed`), what was
+        solved where nothing has moved is kept.
+        """
+        self.world = world
+
+    def goal_field(
+        self, goal: PoseLike, near: PoseLike | None = None, reach: float = 0.0
+    ) -> GoalField:
         """Times from everywhere to a goal, for `cost_to_go`; kept for the next call.
 
         A goal inside an inflated obstacle is pushed out to the nearest free point, the
         distance counting at full speed.
 
+        With a pose `near`, the times are those of what meets an ellipse about it and the
+        goal. They are exact from `near`, and from every pose within `reach` of it from
+        which the path found is longer by `reach` at most: the ellipse allows the length of
+        the path from `near` and two reaches more, one for that path, one for the way
+        between the two poses. Beyond, they are lower bounds (but where a pose is pushed out
+        to a point that only a longer path leads from). If there is no path from `near`, all
+        of them may be infinite; else they are only where the whole world has no path.
+
         Args:
             goal: x, y [m], heading [rad], None or NaN: free.
+            near: the same; None: everywhere.
+            reach: [m].
 
         Raises:
-            InputError: the goal is not finite.
+            InputError: a pose is not finite, or the reach is negative or not finite.
         """
-        return self._solved(_pose(goal, "goal"))[0]
+        end = _pose(goal, "goal")
+        if near is None:
+            return self._solved(end, self.inflated)[0]
+        if not (math.isfinite(reach) and reach >= 0.0):
+            raise InputError(f"must be a finite number >= 0, got {reach}", "reach")
+        return self._search(_pose(near, "near"), end, 2.0 * reach)[0]
 
     def plan(self, start: PoseLike, goal: PoseLike) -> Path:
         """The fastest path.
@@ -128,10 +171,38 @@ class GlobalPlanner:
             start: (3,) finite, heading NaN: free.
             goal: the same.
         """
-        field, routes = self._solved(goal)
-        inner, gear, start_push = trace(
-            field, routes, self.inflated.graph, start[0], start[1], start[2]
-        )
+        return self._search(start, goal, 0.0)[1]
+
+    def _search(self, start: Array, goal: Array, spare: float) -> tuple[GoalField, Path | None]:
+        """The fastest path, and the field it was found in, right for longer paths by `spare`."""
+        apart = math.dist(start[:2], goal[:2])
+        length = _rung(_DETOUR * apart + 4.0 * self._inflation + spare)
+        while True:
+            inflated = self.world.near(self._inflation, start[:2], goal[:2], length)
+            corners = len(inflated.walls.corners)
+            if corners > _MANY_CORNERS and not may_be_joined(self.inflated.walls, start, goal):
+                return no_way(inflated.walls, self.speeds), None
+            field, routes = self._solved(goal, inflated)
+            path = self._path(field, routes, inflated, start, goal)
+            if path is None:  # for good, if the goal is where it would be in the whole world
+                entry = field.goals[0, :2]
+                needed = math.dist(start[:2], entry) + math.dist(entry, goal[:2])
+            else:
+                needed = path.length + spare
+            if inflated.covers(start, goal, needed):
+                return field, path
+            length = _rung(max(needed, _GROWTH * length))
+
+    def _path(
+        self,
+        field: GoalField,
+        routes: GoalRoutes,
+        inflated: Inflated,
+        start: Array,
+        goal: Array,
+    ) -> Path | None:
+        """The fastest path in a part of the world."""
+        inner, gear, start_push = trace(field, routes, inflated.graph, *start)
         if len(inner) == 0:
             return None
         inner = _distinct(inner)
@@ -156,40 +227,49 @@ class GlobalPlanner:
 
     def _is_in_obstacle(self, pose: Array) -> bool:
         """Whether a place lies inside an obstacle itself, or outside the boundary."""
-        point = np.empty(2)
-        if push_out(self.inflated.walls, pose[0], pose[1], point) <= TOUCH:
-            return False
-        return bool(push_out(self.world.inflated(0.0).walls, pose[0], pose[1], point) > TOUCH)
+        walls = self.world.near(0.0, pose, pose, 0.0).walls
+        return bool(push_out(walls, pose[0], pose[1], np.empty(2)) > TOUCH)
 
-    def _solved(self, goal: Array) -> tuple[GoalField, GoalRoutes]:
-        key = tuple(goal.tolist())
-        key = (*key[:2], math.inf) if math.isnan(key[2]) else key
+    def _solved(self, goal: Array, inflated: Inflated) -> tuple[GoalField, GoalRoutes]:
+        x, y, heading = goal.tolist()
+        key = (x, y, math.inf if math.isnan(heading) else heading, inflated)
         if key in self._fields:
             self._fields.move_to_end(key)
             return self._fields[key]
-        solved = self.solve(goal[None])
+        solved = self.solve(goal[None], inflated)
         self._fields[key] = solved
-        if len(self._fields) > _KEPT_GOALS:
+        if len(self._fields) > _KEPT_FIELDS:
             self._fields.popitem(last=False)
         return solved
 
-    def solve(self, goals: Array) -> tuple[GoalField, GoalRoutes]:
+    def solve(self, goals: Array, inflated: Inflated | None = None) -> tuple[GoalField, GoalRoutes]:
         """Field of the time to the best of some goals (g, 3); not kept.
 
         Goals inside inflated obstacles are pushed out to the nearest free point.
+
+        Args:
+            goals: (g, 3) finite, heading NaN: free.
+            inflated: part of the world's free space (`World.near`); None: all of it.
         """
-        walls = self.inflated.walls
+        space = self.inflated if inflated is None else inflated
         rows = np.empty((goals.shape[0], 4))
         for row, pose in zip(rows, goals, strict=True):
-            push = push_out(walls, pose[0], pose[1], row)
+            push = push_out(space.walls, pose[0], pose[1], row)
             if push <= TOUCH or math.isinf(push):
                 row[:2] = pose[:2]
             row[2] = pose[2]
             row[3] = push / self.speeds.forward if push > TOUCH else 0.0
         solved: tuple[GoalField, GoalRoutes] = solve_field(
-            walls, self.inflated.graph, rows, self.speeds
+            space.walls, space.graph, rows, self.speeds
         )
         return solved
+
+
+def _rung(length: float) -> float:
+    """The next of few lengths [m], so that near places share what is derived."""
+    if not 0.0 < length < _ENDLESS:
+        return 0.0 if length <= 0.0 else math.inf
+    return float(2.0 ** (math.ceil(8.0 * math.log2(length)) / 8.0))
 
 
 def _pose(pose: PoseLike, where: str) -> Array:
@@ -201,6 +281,8 @@ def _pose(pose: PoseLike, where: str) -> Array:
         raise InputError("must be x, y and heading (None: free)", where) from None
     if not np.isfinite(values[:2]).all() or np.isinf(values[2]):
         raise InputError(f"must be finite numbers, got {_text(values)}", where)
+    if np.abs(values[:2]).max() > FARTHEST:
+        raise InputError(f"must lie within {FARTHEST:g} m, got {_text(values)}", where)
     return values
 
 

@@ -8,15 +8,16 @@ corners that turn left (`TURN` > 0).
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from shapely.geometry import MultiPolygon
-from shapely.geometry.polygon import orient
+import shapely
+from shapely.geometry import Polygon
 
-from motm_wbc.geometry.arrays import Array
+from motm_wbc.geometry.arrays import Array, BoolArray
+from motm_wbc.geometry.jit import kernel
 
 Indices = npt.NDArray[np.int64]
 
@@ -51,79 +52,139 @@ class Walls(NamedTuple):
     bounded: float
 
 
-def build_walls(region: MultiPolygon, is_free: bool) -> Walls:
+def build_walls(parts: Sequence[Polygon], is_free: bool) -> Walls:
     """Arrays of a region's outlines.
 
     Args:
-        region: noded polygons: where outlines touch, both have a corner.
+        parts: polygons of the region, noded: where outlines touch, both have a corner.
         is_free: the region is what is free (else what is blocked).
     """
-    rings = _rings(region, is_free)
-    starts = np.cumsum([0, *(len(ring) for ring in rings)]).astype(np.int64)
-    count = int(starts[-1])
-    corners = np.zeros((count, 11))
-    links = np.zeros((count, 4), dtype=np.int64)
-    boxes = np.zeros((len(rings), 4))
-    for index, ring in enumerate(rings):
-        here = slice(int(starts[index]), int(starts[index + 1]))
-        corners[here] = _corner_rows(ring)
-        numbers = np.arange(here.start, here.stop)
-        links[here] = np.column_stack(
-            [np.roll(numbers, -1), np.roll(numbers, 1), numbers, np.full(len(ring), index)]
-        )
-        boxes[index] = [*ring.min(axis=0), *ring.max(axis=0)]
-    _link_twins(corners, links)
-    return Walls(corners, links, starts, boxes, 1.0 if is_free else 0.0)
+    bounded = 1.0 if is_free else 0.0
+    if len(parts) == 0:
+        empty = np.empty((0, 4), dtype=np.int64)
+        return Walls(np.empty((0, 11)), empty, np.zeros(1, np.int64), np.empty((0, 4)), bounded)
+    _, closed, (starts, firsts) = shapely.to_ragged_array(parts)
+    outer = np.zeros(len(starts) - 1, dtype=np.bool_)
+    outer[np.asarray(firsts)[:-1]] = True
+    ring_start = np.asarray(starts, dtype=np.int64)
+    points, ring_start = _oriented(closed, ring_start, outer != is_free)
+    order = np.lexsort((points[:, 1], points[:, 0]))
+    place, shared = _places(points, order)
+    kept, ring_start = _without_straight_corners(points, ring_start, shared)
+    corners, links, boxes = _lay_out(points[kept], ring_start, place[kept])
+    return Walls(corners, links, ring_start, boxes, bounded)
 
 
-def _rings(region: MultiPolygon, is_free: bool) -> list[Array]:
-    raw: list[Array] = []
-    for polygon in region.geoms:
-        turned = orient(polygon, -1.0 if is_free else 1.0)
-        raw += [np.array(line.coords)[:-1] for line in (turned.exterior, *turned.interiors)]
-    seen: dict[tuple[float, float], int] = defaultdict(int)
-    for ring in raw:
-        for x, y in ring:
-            seen[float(x), float(y)] += 1
-    shared = {place for place, times in seen.items() if times > 1}
-    simplified = [_without_straight_corners(ring, shared) for ring in raw]
-    return [ring for ring in simplified if len(ring) >= 3]
+@kernel
+def _oriented(closed: Array, starts: Indices, left: BoolArray) -> tuple[Array, Indices]:
+    """Rings without their closing points, counter-clockwise where `left`, else clockwise."""
+    count = closed.shape[0] - left.size
+    points = np.empty((count, 2))
+    ring_start = np.empty_like(starts)
+    for ring in range(left.size):
+        first, last = starts[ring], starts[ring + 1] - 1
+        area = 0.0
+        for k in range(first + 1, last):
+            ax, ay = closed[k, 0] - closed[first, 0], closed[k, 1] - closed[first, 1]
+            bx, by = closed[k + 1, 0] - closed[first, 0], closed[k + 1, 1] - closed[first, 1]
+            area += ax * by - ay * bx
+        ring_start[ring] = first - ring
+        for k in range(last - first):
+            points[first - ring + k] = closed[first + k if (area > 0.0) == left[ring] else last - k]
+    ring_start[-1] = count
+    return points, ring_start
 
 
-def _without_straight_corners(ring: Array, shared: set[tuple[float, float]]) -> Array:
-    """The ring without corners on the line of their neighbours, but where rings touch."""
-    kept: list[Array] = []
-    for index, point in enumerate(ring):
-        before = kept[-1] if kept else ring[index - 1]
-        after = ring[(index + 1) % len(ring)]
-        if (float(point[0]), float(point[1])) in shared or not _is_between(before, point, after):
-            kept.append(point)
-    return np.array(kept).reshape(-1, 2)
+@kernel
+def _places(points: Array, order: Indices) -> tuple[Indices, BoolArray]:
+    """A number for each corner, the same for corners at one place; whether it shares it.
+
+    `order` sorts the corners by place.
+    """
+    place = np.empty(order.size, dtype=np.int64)
+    shared = np.zeros(order.size, dtype=np.bool_)
+    for k in range(order.size):
+        here = order[k]
+        place[here] = k
+        if k > 0 and (points[here] == points[order[k - 1]]).all():
+            place[here] = place[order[k - 1]]
+            shared[here] = shared[order[k - 1]] = True
+    return place, shared
 
 
-def _is_between(before: Array, point: Array, after: Array) -> bool:
-    (ax, ay), (bx, by) = point - before, after - point
+@kernel
+def _is_between(points: Array, before: int, here: int, after: int) -> bool:
+    """Whether a corner lies on the line of its neighbours, between them."""
+    ax, ay = points[here, 0] - points[before, 0], points[here, 1] - points[before, 1]
+    bx, by = points[after, 0] - points[here, 0], points[after, 1] - points[here, 1]
     span = math.hypot(ax + bx, ay + by)
     return bool(ax * bx + ay * by > 0.0 and abs(ax * by - ay * bx) <= _STRAIGHT * span)
 
 
-def _corner_rows(ring: Array) -> Array:
-    outgoing = np.roll(ring, -1, axis=0) - ring
-    length = np.hypot(outgoing[:, 0], outgoing[:, 1])
-    incoming = np.roll(outgoing, 1, axis=0)
-    cross = incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0]
-    turn = np.arctan2(cross, (incoming * outgoing).sum(axis=1))
-    angle = np.arctan2(incoming[:, 1], incoming[:, 0])
-    return np.column_stack(
-        [ring, outgoing / length[:, None], length, angle, turn, -incoming, outgoing]
-    )
+@kernel
+def _without_straight_corners(
+    points: Array, ring_start: Indices, shared: BoolArray
+) -> tuple[Indices, Indices]:
+    """Corners that are kept: those that turn, and those where rings touch; and the rings."""
+    kept = np.empty(points.shape[0], dtype=np.int64)
+    start = np.zeros_like(ring_start)
+    count, rings = 0, 0
+    for ring in range(ring_start.size - 1):
+        first, end = ring_start[ring], ring_start[ring + 1]
+        begin = count
+        for here in range(first, end):
+            before = kept[count - 1] if count > begin else (end - 1 if here == first else here - 1)
+            after = first if here + 1 == end else here + 1
+            if shared[here] or not _is_between(points, before, here, after):
+                kept[count] = here
+                count += 1
+        if count - begin < 3:
+            count = begin
+            continue
+        rings += 1
+        start[rings] = count
+    return kept[:count], start[: rings + 1]
 
 
-def _link_twins(corners: Array, links: Indices) -> None:
+@kernel
+def _lay_out(points: Array, ring_start: Indices, place: Indices) -> tuple[Array, Indices, Array]:
+    """Corners, links and boxes of `Walls`; corners of one `place` are tied in a cycle."""
+    corners = np.empty((points.shape[0], 11))
+    links = np.empty((points.shape[0], 4), dtype=np.int64)
+    boxes = np.empty((ring_start.size - 1, 4))
+    for ring in range(ring_start.size - 1):
+        first, end = ring_start[ring], ring_start[ring + 1]
+        boxes[ring, 0], boxes[ring, 1] = points[first, 0], points[first, 1]
+        boxes[ring, 2], boxes[ring, 3] = points[first, 0], points[first, 1]
+        for here in range(first, end):
+            before = end - 1 if here == first else here - 1
+            after = first if here + 1 == end else here + 1
+            x, y = points[here, 0], points[here, 1]
+            ix, iy = x - points[before, 0], y - points[before, 1]
+            ox, oy = points[after, 0] - x, points[after, 1] - y
+            length = math.hypot(ox, oy)
+            corners[here, X], corners[here, Y] = x, y
+            corners[here, UX], corners[here, UY] = ox / length, oy / length
+            corners[here, LENGTH] = length
+            corners[here, INCOMING] = math.atan2(iy, ix)
+            corners[here, TURN] = math.atan2(ix * oy - iy * ox, ix * ox + iy * oy)
+            corners[here, BEFORE_X], corners[here, BEFORE_Y] = -ix, -iy
+            corners[here, AFTER_X], corners[here, AFTER_Y] = ox, oy
+            links[here, NEXT], links[here, PREVIOUS] = after, before
+            links[here, TWIN], links[here, RING] = here, ring
+            boxes[ring, 0], boxes[ring, 1] = min(boxes[ring, 0], x), min(boxes[ring, 1], y)
+            boxes[ring, 2], boxes[ring, 3] = max(boxes[ring, 2], x), max(boxes[ring, 3], y)
+    _link_twins(links, place)
+    return corners, links, boxes
+
+
+@kernel
+def _link_twins(links: Indices, place: Indices) -> None:
     """Ties the corners at one place in a cycle."""
-    places: dict[tuple[float, float], list[int]] = defaultdict(list)
-    for index, (x, y) in enumerate(corners[:, :2]):
-        places[float(x), float(y)].append(index)
-    for group in places.values():
-        for index, other in zip(group, [*group[1:], group[0]], strict=True):
-            links[index, TWIN] = other
+    order = np.argsort(place, kind="mergesort")
+    first = 0
+    for k in range(order.size):
+        last = k + 1 == order.size or place[order[k + 1]] != place[order[k]]
+        links[order[k], TWIN] = order[first if last else k + 1]
+        if last:
+            first = k + 1

@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 import math
+from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
-from shapely.geometry import MultiPolygon
+from shapely.geometry import Polygon
 
-from motm_wbc.basenav.graph import TangentGraph, build_graph
-from motm_wbc.basenav.inflation import free_space
+from motm_wbc.basenav.floor import Floor
+from motm_wbc.basenav.form import Form, turned_by
+from motm_wbc.basenav.inflated import Inflated
+from motm_wbc.basenav.inflation import OUTER, Box
 from motm_wbc.basenav.obstacle import ObstacleLike, Solid, ring_of, simple_polygons, solids_of
-from motm_wbc.basenav.walls import Walls, build_walls
+from motm_wbc.basenav.outlines import APART, Ellipse, Outlines, ellipse_of, moved, pack
+from motm_wbc.basenav.union import snap_grid, united
+from motm_wbc.basenav.vicinity import (
+    blocked_near,
+    box_about,
+    relations_grown,
+    rounded_up,
+)
+from motm_wbc.basenav.walls import Indices
 from motm_wbc.errors import InputError
 from motm_wbc.geometry.arrays import Array
 
 _KEPT_RADII = 8
+_KEPT_VICINITIES = 32
+_ENDLESS = 1e9  # [m] so far away, there is no telling places apart
+_FEW_CORNERS = 128
 
 
 class World:
@@ -25,9 +39,13 @@ class World:
     Obstacles are open sets: a path may run along an edge. Between two that touch there is
     no passage.
 
+    A new world shares with the one that it comes from what has not changed: the checked
+    forms, their inflated outlines (moved rigidly), and those parts of the free space that
+    nothing moved in.
+
     Attributes:
-        solids: simple polygons, with holes and velocities.
         boundary: (n, 2) outline that the robot must stay in, counter-clockwise, or None.
+        velocities: (s, 2) of the solids [m/s].
     """
 
     def __init__(self, obstacles: Sequence[ObstacleLike], boundary: Array | None = None) -> None:
@@ -42,18 +60,58 @@ class World:
             InputError: a polygon has NaN, fewer than three distinct points or no area, or
                 the boundary crosses itself.
         """
-        self.solids: tuple[Solid, ...] = tuple(
+        floor = None
+        solids = [
             solid
             for index, obstacle in enumerate(obstacles)
             for solid in solids_of(obstacle, index, f"obstacles[{index}]")
-        )
-        self.boundary: Array | None = None
+        ]
         if boundary is not None:
             parts = simple_polygons(boundary, "boundary")
             if len(parts) != 1:
                 raise InputError("crosses itself; a simple polygon is needed", "boundary")
-            self.boundary = ring_of(parts[0].exterior, counter_clockwise=True)
-        self._inflated: dict[float, Inflated] = {}
+            floor = Floor(ring_of(parts[0].exterior, counter_clockwise=True))
+        self._take(solids, floor)
+
+    def _take(self, solids: Sequence[Solid], floor: Floor | None) -> None:
+        forms = tuple(solid.form for solid in solids)
+        poses = np.array([solid.pose for solid in solids]).reshape(-1, 3)
+        velocities = np.array([solid.velocity for solid in solids]).reshape(-1, 2)
+        sources = np.array([solid.source for solid in solids], dtype=np.int64)
+        self._set(forms, pack([form.rings for form in forms]), poses, velocities, sources, floor)
+
+    def _set(
+        self,
+        forms: tuple[Form, ...],
+        given: Outlines,
+        poses: Array,
+        velocities: Array,
+        sources: Indices,
+        floor: Floor | None,
+    ) -> None:
+        """All that a world consists of; `given`: the forms' outlines, not moved."""
+        for values in (poses, velocities):
+            values.flags.writeable = False
+        self._forms, self._given, self._poses = forms, given, poses
+        self.velocities, self._sources, self._floor = velocities, sources, floor
+        self.boundary: Array | None = None if floor is None else floor.boundary
+        self._inflated: OrderedDict[float, Inflated] = OrderedDict()
+        self._vicinities: OrderedDict[tuple[float, Ellipse], Inflated] = OrderedDict()
+
+    @cached_property
+    def solids(self) -> tuple[Solid, ...]:
+        """Simple polygons, with holes and velocities."""
+        return tuple(
+            Solid(form, pose, velocity, int(source))
+            for form, pose, velocity, source in zip(
+                self._forms, self._poses, self.velocities, self._sources, strict=True
+            )
+        )
+
+    @cached_property
+    def outlines(self) -> Outlines:
+        """The solids' rings, packed."""
+        return moved(self._given, self._poses)
 
     @property
     def obstacles(self) -> tuple[Array, ...]:
@@ -72,11 +130,12 @@ class World:
         return self.boundary is not None
 
     def with_solids(self, solids: Iterable[Solid]) -> World:
-        """The same floor with other solids, which count as checked."""
+        """The same floor with other solids, which count as checked.
+
+        Those of this world among them keep what was derived of them.
+        """
         world = object.__new__(World)
-        world.solids = tuple(solids)
-        world.boundary = self.boundary
-        world._inflated = {}
+        world._take(tuple(solids), self._floor)
         return world
 
     def still(self) -> World:
@@ -84,14 +143,16 @@ class World:
         return self.with_solids(solid for solid in self.solids if not solid.moves)
 
     def after(self, time: float) -> World:
-        """The world `time` [s] later, each obstacle having moved with its velocity."""
+        """The world `time` [s] later, each obstacle having moved with its velocity.
+
+        Raises:
+            InputError: the time is not finite.
+        """
         if not math.isfinite(time):
             raise InputError(f"must be a finite number, got {time}", "time")
-        moved = (np.array([*(time * solid.velocity), 0.0]) for solid in self.solids)
-        return self.with_solids(
-            solid.transformed(way) if solid.moves else solid
-            for solid, way in zip(self.solids, moved, strict=True)
-        )
+        poses = self._poses.copy()
+        poses[:, :2] += time * self.velocities
+        return self._at(poses)
 
     def transformed(self, transforms: Array) -> World:
         """The world with each obstacle moved rigidly.
@@ -103,29 +164,101 @@ class World:
         Raises:
             InputError: there are not as many transforms as obstacles, or one is not finite.
         """
-        ways = np.asarray(transforms, dtype=float)
-        count = 1 + max((solid.source for solid in self.solids), default=-1)
+        try:
+            ways = np.asarray(transforms, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError("must be numbers, an array of shape (k, 3)", "transforms") from None
+        count = 1 + int(self._sources.max(initial=-1))
         if ways.shape != (count, 3) or not np.isfinite(ways).all():
             raise InputError(f"must be finite numbers of shape ({count}, 3)", "transforms")
-        return self.with_solids(solid.transformed(ways[solid.source]) for solid in self.solids)
+        return self._at(turned_by(self._poses, ways[self._sources]))
+
+    def _at(self, poses: Array) -> World:
+        """The same solids at other poses (s, 3)."""
+        world = object.__new__(World)
+        world._set(self._forms, self._given, poses, self.velocities, self._sources, self._floor)
+        changed = (poses != self._poses).any(axis=1)
+        if not changed.any():
+            world._inflated.update(self._inflated)
+        for (radius, ellipse), vicinity in self._vicinities.items():
+            if (vicinity.members & changed).any():
+                continue
+            now = relations_grown(world.outlines, ellipse, radius) != APART
+            if not (now & changed).any():
+                world._vicinities[radius, ellipse] = vicinity
+        return world
+
+    @cached_property
+    def _is_small(self) -> bool:
+        """The whole world is derived as quickly as a part of it."""
+        floor = 0 if self.boundary is None else len(self.boundary)
+        return len(self._given.points) + floor <= _FEW_CORNERS
+
+    @cached_property
+    def _extent(self) -> tuple[float, float, float, float]:
+        """X and y of the lower, then of the upper bound of all that there is [m]."""
+        boxes = self.outlines.box
+        if self._floor is not None:
+            boxes = np.vstack([boxes, self._floor.box])
+        low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    @cached_property
+    def _grid(self) -> float:
+        """To which outlines that meet are rounded [m]."""
+        empty = self._floor is None and not self._forms
+        return snap_grid(0.0 if empty else max(map(abs, self._extent)))
 
     def near(self, radius: float, first: Array, second: Array, length: float) -> Inflated:
-        """The free space as far as paths between two places are concerned.
+        """The free space as far as paths of a length between two places are concerned.
 
-        Obstacles that don't meet the ellipse |p - first| + |p - second| <= length may be
-        left out: a path of that length can't meet them. A path found here that is not
-        longer is the optimum in the whole world; a longer one may not be free there.
+        What doesn't meet the ellipse |p - first| + |p - second| <= length is left out, and
+        outlines of many corners are cut to a box about it. All paths of that length lie in
+        the ellipse, where nothing is missing; nowhere is more blocked than in the whole
+        world. So the optimum found here is a lower bound, and if it is not longer than
+        `length` it is the whole world's optimum; a place that can't be reached here (and
+        was not pushed out to a point outside of the ellipse) can't be reached at all. For a
+        ring of places of radius r about the second one, ask for the longest path plus r.
+
+        The ellipse is widened to one of a grid, so that a robot that moves a little is given
+        the same object, kept, in which all that was derived is still valid. Ask for lengths
+        out of a few: each different one, like each cell of the grid, is another object. It
+        is the whole world's where that is as quick.
 
         Args:
             radius: of the disc [m].
             first: (2,) [m].
             second: (2,) [m].
             length: [m].
+
+        Raises:
+            InputError: the radius is negative or not finite.
         """
-        return self.inflated(radius)
+        check_radius(radius)
+        asked = ellipse_of(first, second, length)
+        if self._is_small or not max(map(abs, asked)) < _ENDLESS:
+            return self.inflated(radius)
+        ellipse = rounded_up(asked)
+        key = (radius, ellipse)
+        if key in self._vicinities:
+            self._vicinities.move_to_end(key)
+            return self._vicinities[key]
+        if self._lies_in(ellipse, radius):
+            return self.inflated(radius)
+        self._vicinities[key] = self._vicinity(ellipse, radius)
+        if len(self._vicinities) > _KEPT_VICINITIES:
+            self._vicinities.popitem(last=False)
+        return self._vicinities[key]
+
+    def _vicinity(self, ellipse: Ellipse, radius: float) -> Inflated:
+        members = relations_grown(self.outlines, ellipse, radius) != APART
+        parts = self._blocked(np.flatnonzero(members), radius, box_about(ellipse))
+        if self._floor is not None:
+            parts += self._floor.blocked_near(ellipse, radius, self._grid)
+        return Inflated(radius, united(parts, self._grid), False, members, ellipse)
 
     def inflated(self, radius: float) -> Inflated:
-        """The free space of a disc's centre, kept for the next call.
+        """The free space of a disc's centre everywhere, kept for the next call.
 
         Args:
             radius: of the disc, >= 0 [m].
@@ -133,32 +266,38 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        if not (math.isfinite(radius) and radius >= 0.0):
-            raise InputError(f"must be a finite number >= 0, got {radius}", "inflation")
+        check_radius(radius)
         if radius not in self._inflated:
             if len(self._inflated) >= _KEPT_RADII:
-                self._inflated.pop(next(iter(self._inflated)))
-            self._inflated[radius] = Inflated(self, radius)
+                self._inflated.popitem(last=False)
+            self._inflated[radius] = self._all(radius)
         return self._inflated[radius]
 
+    def _all(self, radius: float) -> Inflated:
+        members = np.ones(len(self._forms), dtype=bool)
+        blocked = self._blocked(np.flatnonzero(members), radius, None)
+        if self._floor is None:
+            return Inflated(radius, united(blocked, self._grid), False, members)
+        free = united(self._floor.free(radius, self._grid), self._grid, without=blocked)
+        return Inflated(radius, free, True, members)
 
-class Inflated:
-    """A world grown by a disc, with what the planner derives from it.
+    def _blocked(self, chosen: Indices, radius: float, clip: Box | None) -> list[Polygon]:
+        return blocked_near(
+            self._forms, self._poses, self.outlines, chosen, radius, self._grid, clip
+        )
 
-    Attributes:
-        radius: of the disc [m].
-        region: united polygons: what is free if the world has a boundary, else what is
-            blocked.
-        walls: the outlines as arrays.
+    def _lies_in(self, ellipse: Ellipse, radius: float) -> bool:
+        """Whether all that there is, inflated, lies in an ellipse."""
+        x0, y0, x1, y1 = self._extent
+        apart = max(ellipse.sum_to(x, y) for x in (x0, x1) for y in (y0, y1))
+        return apart + 4.0 * OUTER * radius <= ellipse.length
+
+
+def check_radius(radius: float) -> None:
+    """Refuses what is no radius to inflate by.
+
+    Raises:
+        InputError: it is negative or not finite.
     """
-
-    def __init__(self, world: World, radius: float) -> None:
-        self.radius = radius
-        region, is_free = free_space(world.solids, world.boundary, radius)
-        self.region: MultiPolygon = region
-        self.walls: Walls = build_walls(region, is_free)
-
-    @cached_property
-    def graph(self) -> TangentGraph:
-        """The tangent visibility graph, built when it is first needed."""
-        return build_graph(self.walls)
+    if not (math.isfinite(radius) and radius >= 0.0):
+        raise InputError(f"must be a finite number >= 0, got {radius}", "inflation")
