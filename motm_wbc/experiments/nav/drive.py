@@ -239,6 +239,7 @@ class _Drive:
             max_speed_excess=self._speed_excess,
             max_acceleration_excess=self._acceleration_excess,
             inflation_m=inflation,
+            global_path=None if path is None else path.points,
             trajectory=rows,
         )
 

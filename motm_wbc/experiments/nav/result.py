@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from motm_wbc.experiments.metrics import Spread
 from motm_wbc.geometry.arrays import Array
+
+_ARRAYS = ("global_path", "trajectory")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,7 @@ class DriveResult:
             of it; 0 when all is well.
         max_acceleration_excess: the same of commanded accelerations.
         inflation_m: radius that the global planner planned for.
+        global_path: (k, 2) its points [m]; None if there was none.
         trajectory: (k, 6) time, x, y, heading, v, omega at every control step.
     """
 
@@ -49,4 +53,10 @@ class DriveResult:
     max_speed_excess: float
     max_acceleration_excess: float
     inflation_m: float
+    global_path: Array | None = field(repr=False)
     trajectory: Array = field(repr=False)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The figures as plain data, for JSON; without the arrays."""
+        rows = asdict(self)
+        return {name: value for name, value in rows.items() if name not in _ARRAYS}
