@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from motm_wbc.basenav.local_planner import Goal, LocalPlan, LocalPlanner
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.staa import StaaStar
@@ -15,6 +17,14 @@ from motm_wbc.geometry.base_motion import BaseLimits
 LOCAL_PLANNERS = ("staa",)
 
 
+class GuidedPlanner(LocalPlanner, Protocol):
+    """A local planner that a global one leads."""
+
+    @property
+    def planner(self) -> GlobalPlanner:
+        """The global planner, of the world as it was seen last."""
+
+
 def make_local_planner(
     name: str,
     world: World,
@@ -22,7 +32,7 @@ def make_local_planner(
     limits: BaseLimits,
     inflation: float,
     staa: StaaParameters,
-) -> LocalPlanner:
+) -> GuidedPlanner:
     """A local planner over a global one.
 
     Args:
@@ -56,21 +66,25 @@ class _Staa:
         self._limits = limits
         self._inflation = inflation
         self._parameters = parameters
-        self._planner = self._planner_in(world)
+        self._staa = self._in(world)
         self._last: StaaPlan | None = None
 
+    @property
+    def planner(self) -> GlobalPlanner:
+        return self._staa.planner
+
     def plan(self, pose: Array, v: float, omega: float, goal: Goal) -> LocalPlan:
-        self._last = self._planner.plan(pose, v, omega, goal, previous=self._last)
+        self._last = self._staa.plan(pose, v, omega, goal, previous=self._last)
         return self._last
 
     def brake(self, pose: Array, v: float, omega: float) -> LocalPlan:
         self._last = None
-        return self._planner.brake(pose, v, omega)
+        return self._staa.brake(pose, v, omega)
 
     def update(self, world: World) -> None:
-        self._planner = self._planner_in(world)
+        self._staa = self._in(world)
 
-    def _planner_in(self, world: World) -> StaaStar:
+    def _in(self, world: World) -> StaaStar:
         limits = self._limits
         planner = GlobalPlanner(
             world, limits.v_max, limits.omega_max, self._inflation, limits.v_reverse

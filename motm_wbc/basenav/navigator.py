@@ -11,9 +11,10 @@ import numpy as np
 from motm_wbc.basenav.local_planner import Goal, LocalPlan
 from motm_wbc.basenav.local_planners import make_local_planner
 from motm_wbc.basenav.planner import GlobalPlanner
+from motm_wbc.basenav.progress import Progress
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.world import World
-from motm_wbc.geometry import polygons
+from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
@@ -26,6 +27,8 @@ class NavStatus(enum.StrEnum):
 
     DRIVING = "driving"
     REACHED = "reached"
+    STUCK = "stuck"
+    """Not at the goal, and no nearer to it for some seconds."""
     BLOCKED = "blocked"
     """Nothing but braking, or standing still, is safe or leads on."""
     REFUSED = "refused"
@@ -86,12 +89,12 @@ class Navigator:
         self.inflation = disc_radius(footprint) if inflation is None else inflation
         self.tolerance = tolerance
         self._period = parameters.command_period
-        self._limits = limits
         self._planner = make_local_planner(
             planner, world, footprint, limits, self.inflation, parameters
         )
+        self._progress = Progress()
         self._time = -math.inf
-        self._state = np.zeros(5)
+        self._state = np.zeros(5)  # believed in: what the last command leads to
         self._goal: Goal | None = None
         self._reached = False
 
@@ -115,9 +118,11 @@ class Navigator:
             world: as it is seen now; None: as before.
         """
         try:
-            return self._step(time, np.asarray(pose, dtype=float), v, omega, goal, world)
+            step = self._step(time, np.asarray(pose, dtype=float), v, omega, goal, world)
         except Exception as error:
-            return self._refuse(v, omega, f"{type(error).__name__}: {error}")
+            step = self._refuse(v, omega, f"{type(error).__name__}: {error}")
+        self._foresee(step.acceleration)
+        return step
 
     def _step(
         self, time: float, pose: Array, v: float, omega: float, goal: Goal, world: World | None
@@ -126,7 +131,7 @@ class Navigator:
             return self._refuse(v, omega, "the state has a number that is NaN or infinite")
         if time <= self._time:
             message = f"the state is stale: its time {time:g} s is not after {self._time:g} s"
-            return self._refuse(v, omega, message)
+            return self._refuse(math.nan, math.nan, message)
         self._time = time
         self._state = np.array([*pose, v, omega])
         if world is not None:
@@ -138,6 +143,7 @@ class Navigator:
     def _toward(self, pose: Array, v: float, omega: float, goal: Goal) -> NavStep:
         if self._goal is None or not _same(goal, self._goal):
             self._goal, self._reached = goal, False
+            self._progress.restart()
         if self._reached and not goal.stop:
             plan = self._planner.brake(pose, v, omega)
             return NavStep(plan.acceleration, plan, NavStatus.REACHED, "waits for another goal")
@@ -145,21 +151,36 @@ class Navigator:
         if self._reached or at_goal(pose, v, omega, goal, self.tolerance):
             self._reached = True
             return NavStep(plan.acceleration, plan, NavStatus.REACHED)
-        if plan.emergency:
-            return NavStep(
-                plan.acceleration, plan, NavStatus.BLOCKED, "nothing but braking is safe"
-            )
-        return NavStep(plan.acceleration, plan, NavStatus.DRIVING)
+        status, message = self._standing(pose, goal, plan.emergency)
+        return NavStep(plan.acceleration, plan, status, message)
+
+    def _standing(self, pose: Array, goal: Goal, emergency: bool) -> tuple[NavStatus, str]:
+        """How it stands with a goal that is not reached."""
+        path = self._planner.planner.route(pose, goal.pose)
+        stalled = self._progress.update(self._time, math.inf if path is None else path.time)
+        if stalled > self._progress.patience:
+            return NavStatus.STUCK, f"no nearer to the goal for {stalled:.1f} s"
+        if path is None:
+            return NavStatus.BLOCKED, "there is no path to the goal"
+        if emergency:
+            return NavStatus.BLOCKED, "nothing but braking is safe"
+        return NavStatus.DRIVING, ""
 
     def _refuse(self, v: float, omega: float, message: str) -> NavStep:
-        """Brake from the last state that made sense, with the speeds where they do."""
-        before = self._state
-        v, omega = (
-            float(now) if isinstance(now, int | float) and math.isfinite(now) else float(last)
-            for now, last in zip((v, omega), before[3:], strict=True)
-        )
-        plan = self._planner.brake(before[:3], v, omega)
+        """Brake from the state that is believed in, with the speeds where they make sense."""
+        for index, speed in ((3, v), (4, omega)):
+            if isinstance(speed, int | float) and math.isfinite(speed):
+                self._state[index] = speed
+        plan = self._planner.brake(self._state[:3], *self._state[3:].tolist())
         return NavStep(plan.acceleration, plan, NavStatus.REFUSED, message)
+
+    def _foresee(self, acceleration: tuple[float, float]) -> None:
+        """Believe in the state that the command leads to, until a better one is told."""
+        *pose, v, omega = self._state.tolist()
+        after = np.array([v, omega]) + np.array(acceleration) * self._period
+        mean = 0.5 * (np.array([v, omega]) + after)
+        there = se2.integrate_twist(np.array(pose), mean[0], 0.0, mean[1], self._period)
+        self._state = np.array([*there, *after])
 
 
 def at_goal(

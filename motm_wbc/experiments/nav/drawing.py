@@ -106,7 +106,7 @@ def _draw_way(axes: Axes, footprint: Array, goal: Array, result: DriveResult) ->
         linewidth=1.6,
         label="goal",
     )
-    axes.legend(loc="best", fontsize="small")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3, fontsize="small")
 
 
 def _draw_curve(

@@ -272,7 +272,7 @@ class _Drive:
         return np.asarray(pose + self._noise.normal(size=3) * [position, position, heading])
 
     def _count_of(self, step: NavStep) -> None:
-        self._blocked += step.status is NavStatus.BLOCKED
+        self._blocked += step.status is NavStatus.BLOCKED or step.plan.emergency
         self._guards += isinstance(step.plan, StaaPlan) and step.plan.clock_guard_fired
         limits, velocity = self._course.limits, self._state[3:]
         a, alpha = step.acceleration
