@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,6 @@ Indices: TypeAlias = npt.NDArray[np.int64]
 
 _FINEST = 0.2  # cells; below it nothing is left out
 _SCRAMBLE = 2654435761  # odd: neighbours' ranks are in no order
-_SHORT = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,38 +146,68 @@ def _holds(ring: Array, before: Array) -> bool:
 def _filled(rings: list[Array], tolerance: float) -> list[Array]:
     """Leave out what can be, a few rounds of corners that are no neighbours of each other."""
     sizes = np.array([len(ring) for ring in rings])
-    points = np.concatenate(rings)
     ends = np.cumsum(sizes)
-    before, after = np.arange(-1, len(points) - 1), np.arange(1, len(points) + 1)
+    chain = _Chain(np.concatenate(rings), np.repeat(ends - sizes, sizes), np.repeat(sizes, sizes))
+    count = len(chain.points)
+    before, after = np.arange(-1, count - 1), np.arange(1, count + 1)
     before[ends - sizes], after[ends - 1] = ends - 1, ends - sizes
-    sag = np.zeros(len(points))  # how far the edge that begins here is from what it left out
-    rank = np.arange(len(points)) * _SCRAMBLE % (1 << 32)
-    left = np.ones(len(points), dtype=bool)
+    rank = np.arange(count) * _SCRAMBLE % (1 << 32)
+    left = np.ones(count, dtype=bool)
     while True:
         at = np.flatnonzero(left)
-        need = np.full(len(points), np.inf)
-        need[at] = _needed(points, before[at], at, after[at], sag)
-        need[need > tolerance] = np.inf
+        need = np.full(count, np.inf)
+        need[at] = chain.needed(before[at], at, after[at], tolerance)
         first = _comes_first(need, rank, before) & _comes_first(need, rank, after)
         out = np.flatnonzero(np.isfinite(need) & first)
         if len(out) == 0:
-            return [
-                points[end - size : end][left[end - size : end]]
-                for end, size in zip(ends, sizes, strict=True)
-            ]
-        sag[before[out]] = need[out]
+            break
         after[before[out]], before[after[out]] = after[out], before[out]
         left[out] = False
+    starts = zip(ends - sizes, ends, strict=True)
+    return [chain.points[begin:end][left[begin:end]] for begin, end in starts]
 
 
-def _needed(points: Array, before: Indices, at: Indices, after: Indices, sag: Array) -> Array:
-    """(k,) tolerance that leaving out each corner needs; infinite where it turns left."""
-    way, onward = points[at] - points[before], points[after] - points[at]
-    across = way[:, 0] * onward[:, 1] - way[:, 1] * onward[:, 0]
-    chord = points[after] - points[before]
-    length = np.hypot(chord[:, 0], chord[:, 1])
-    depth = np.where(length > 0.0, -across / np.maximum(length, _SHORT), np.inf)
-    return np.where(across <= 0.0, depth + np.maximum(sag[before], sag[at]), np.inf)
+class _Chain(NamedTuple):
+    """All rings behind each other.
+
+    Attributes:
+        points: (n, 2) their corners.
+        begin: (n,) index of the first corner of each corner's ring.
+        size: (n,) how many corners that ring has.
+    """
+
+    points: Array
+    begin: Indices
+    size: Indices
+
+    def needed(self, before: Indices, at: Indices, after: Indices, tolerance: float) -> Array:
+        """(k,) tolerance that leaving out each corner needs; infinite where it can't be."""
+        way = self.points[at] - self.points[before]
+        onward = self.points[after] - self.points[at]
+        chord = way + onward
+        across = way[:, 0] * onward[:, 1] - way[:, 1] * onward[:, 0]
+        length = np.hypot(chord[:, 0], chord[:, 1])
+        need = np.full(len(at), np.inf)
+        legal = np.flatnonzero((across <= 0.0) & (length > 0.0) & (-across <= tolerance * length))
+        if len(legal):
+            need[legal] = self._sag(before[legal], after[legal])
+        need[need > tolerance] = np.inf
+        return need
+
+    def _sag(self, first: Indices, last: Indices) -> Array:
+        """(k,) largest distance from the edges first - last of the corners between them."""
+        size = self.size[first]
+        counts = (last - first) % size - 1
+        starts = np.cumsum(counts) - counts
+        step = np.arange(counts.sum()) - np.repeat(starts, counts) + 1
+        edge = np.repeat(np.arange(len(first)), counts)
+        begin = self.begin[first][edge]
+        between = begin + (first[edge] - begin + step) % size[edge]
+        chord = self.points[last] - self.points[first]
+        chord /= np.hypot(chord[:, 0], chord[:, 1])[:, None]
+        offset = self.points[between] - self.points[first][edge]
+        away = np.abs(chord[edge, 0] * offset[:, 1] - chord[edge, 1] * offset[:, 0])
+        return np.asarray(np.maximum.reduceat(away, starts))
 
 
 def _comes_first(need: Array, rank: Indices, neighbour: Indices) -> Mask:

@@ -11,9 +11,10 @@ Outside of the image nothing is known, so its rectangle is the boundary.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -25,9 +26,9 @@ from motm_wbc.scene.files import parse, read_text
 from motm_wbc.scene.floor_map import FloorMap, MapArea, Unknown
 from motm_wbc.scene.grid_outline import Mask, cell_regions
 
+Levels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-_TOLERANCE = 1.0  # cells by which outlines may lie outside of the occupied cells
-_SHADES = np.arange(256) / 255.0
+_TOLERANCE = 1.42  # cells: the corners of a straight wall lie in a strip of at most sqrt(2)
 _SIXTEEN_BITS = ("I", "I;16", "I;16B")
 
 
@@ -61,7 +62,7 @@ class RosMapFile(BaseModel):
 def read_ros_map(path: Path, unknown: Unknown = "blocked") -> FloorMap:
     """Read a map.
 
-    The polygons contain the blocked cells and lie at most one cell outside of them.
+    The polygons contain the blocked cells and lie at most 1.42 cells outside of them.
 
     Args:
         path: of the `.yaml`.
@@ -101,16 +102,19 @@ def _placed(file: RosMapFile, cells: Array) -> Array:
 
 def _classified(file: RosMapFile, image: Path) -> tuple[Mask, Mask]:
     """(columns, rows) each, row 0 the lowest: what is occupied, and what is free."""
-    shade, opaque = _shades(image)
-    occupancy = shade if file.negate else 1.0 - shade
-    occupied, free = occupancy > file.occupied_thresh, occupancy < file.free_thresh
+    levels, opaque = _levels(image)
+    white = 65535 if levels.dtype.itemsize > 1 else 255
+    shades = np.arange(white + 1)
+    occupancy = (shades if file.negate else white - shades) / white
+    occupied = (occupancy > file.occupied_thresh)[levels]
+    free = (occupancy < file.free_thresh)[levels]
     if file.mode == "scale":
         occupied, free = occupied & opaque, free & opaque
     return occupied[::-1].T, free[::-1].T
 
 
-def _shades(path: Path) -> tuple[Array, Mask]:
-    """Shades 0..1 of the pixels, and whether each is opaque; row 0 the uppermost.
+def _levels(path: Path) -> tuple[Levels, Mask]:
+    """Grey levels of 8 or 16 bits, and which pixels are opaque; row 0 the uppermost.
 
     Raises:
         InputError: there is no such image, or it can't be read.
@@ -118,11 +122,11 @@ def _shades(path: Path) -> tuple[Array, Mask]:
     try:
         with Image.open(path) as image:
             if image.mode in _SIXTEEN_BITS:
-                deep = np.asarray(image, dtype=float) / 65535.0
+                deep = np.asarray(image).astype(np.uint16)
                 return deep, np.ones(deep.shape, dtype=bool)
             pixels = np.asarray(image.convert("LA"))
     except FileNotFoundError:
         raise InputError("no such image", str(path)) from None
     except (OSError, ValueError, UnidentifiedImageError, Image.DecompressionBombError) as error:
         raise InputError(f"can't be read as an image: {error}", str(path)) from None
-    return _SHADES[pixels[..., 0]], np.asarray(pixels[..., 1] == 255)
+    return pixels[..., 0], np.asarray(pixels[..., 1] == 255)
