@@ -10,7 +10,7 @@ from motm_wbc.basenav.local_planners import LOCAL_PLANNERS
 from motm_wbc.basenav.maps import load_world
 from motm_wbc.basenav.navigator import fitting_inflation
 from motm_wbc.errors import InputError, UnknownName
-from motm_wbc.experiments.nav.drawing import draw_drive
+from motm_wbc.experiments.nav.drawing import PICTURES, draw_drive
 from motm_wbc.experiments.nav.drive import drive
 from motm_wbc.experiments.nav.recording import DriveTelling
 from motm_wbc.experiments.nav.request import arriving, base_of, check_free, pose
@@ -100,6 +100,8 @@ def _check(request: NavRequest) -> None:
         raise InputError(f"must be 0 or more, got {request.seed}", "--seed")
     if request.time_limit is not None and not 0.0 < request.time_limit <= 3600.0:
         raise InputError(f"must be in 0..3600 s, got {request.time_limit:g}", "--time-limit")
+    if request.draw is not None and request.draw.suffix not in PICTURES:
+        raise InputError(f"must end in one of {', '.join(PICTURES)}", "--draw")
     for name, file in (("--record", request.record), ("--draw", request.draw)):
         if file is not None and not file.parent.is_dir():
             raise InputError(f"the folder {file.parent} does not exist", name)

@@ -17,6 +17,7 @@ from motm_wbc.geometry.base_motion import BaseLimits
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+PICTURES = (".png", ".svg", ".pdf")
 _SHOWN = 25  # footprints along the way
 _BLOCKED, _MOVING, _FLOOR = "#9aa3ad", "#d9894f", "#ffffff"
 _WAY, _PATH, _GOAL = "#1668b8", "#57a869", "#b8338a"

@@ -288,7 +288,7 @@ class _Drive:
     def _late(self) -> str:
         span, least = _STUCK
         recent = np.array(self._rows[-1 - round(span / self.dt) :])
-        if float(np.ptp(recent[:, 1:3], axis=0).max()) < least:
+        if self.time >= span and float(np.ptp(recent[:, 1:3], axis=0).max()) < least:
             return f"stuck at {_at(self._state)}: time limit of {self.time:.1f} s"
         return f"time limit of {self.time:.1f} s, at {_at(self._state)}"
 
