@@ -25,6 +25,7 @@ from motm_wbc.errors import InputError, MotmError, UnknownName
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from motm_wbc.experiments.nav.result import DriveResult
     from motm_wbc.experiments.result import RunResult
     from motm_wbc.interfaces import StepReport
 
@@ -143,6 +144,83 @@ def run_command(
     if viewer is not None:
         subprocess.Popen([viewer, str(record)])
     return OK if result.summary.success else FAILED
+
+
+@app.command("nav")
+def nav_command(
+    map_file: Annotated[
+        Path,
+        typer.Argument(metavar="MAP", help="GeoJSON in metres, or the .yaml of a ROS map."),
+    ],
+    start: Annotated[str, typer.Option(metavar="X,Y,HEADING", help="[m], [m], [rad]")],
+    goal: Annotated[
+        str, typer.Option(metavar="X,Y[,HEADING]", help="Without a heading it is free.")
+    ],
+    robot: Annotated[str, typer.Option(help="Whose base it is: name or folder.")] = "frankie",
+    footprint: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH,WIDTH", help="A rectangle about the base's origin [m]."),
+    ] = None,
+    v_max: Annotated[float | None, typer.Option(help="Speed [m/s].")] = None,
+    v_reverse: Annotated[
+        float | None, typer.Option(help="Speed in reverse [m/s]; 0: never.")
+    ] = None,
+    omega_max: Annotated[float | None, typer.Option(help="Turn rate [rad/s].")] = None,
+    a_max: Annotated[float | None, typer.Option(help="Acceleration [m/s^2].")] = None,
+    alpha_max: Annotated[float | None, typer.Option(help="Of turning [rad/s^2].")] = None,
+    stop: Annotated[
+        bool, typer.Option("--stop", help="Come to rest at the goal; else drive through it.")
+    ] = False,
+    planner: Annotated[str, typer.Option(help="Local planner.")] = "staa",
+    unknown: Annotated[
+        str, typer.Option(help="What unknown cells of a ROS map are: blocked or free.")
+    ] = "blocked",
+    seed: Annotated[
+        int, typer.Option(help="0: exact poses; else of the noise on them, 5 mm and 5 mrad.")
+    ] = 0,
+    time_limit: Annotated[
+        float | None, typer.Option(help="[s]; default: four times the least time, and 20 s.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter.")
+    ] = None,
+    record: Annotated[Path | None, typer.Option(help="Write a rerun recording (.rrd).")] = None,
+    draw: Annotated[Path | None, typer.Option(help="Write a picture (.png, .svg, .pdf).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> int:
+    """Drive a base through a map, without an arm."""
+    from motm_wbc.experiments.nav.command import NavRequest, navigate
+
+    limits = {
+        "v_max": v_max,
+        "v_reverse": v_reverse,
+        "omega_max": omega_max,
+        "a_max": a_max,
+        "alpha_max": alpha_max,
+    }
+    result = navigate(
+        NavRequest(
+            map_file,
+            start,
+            goal,
+            robot,
+            footprint,
+            tuple(limits.items()),
+            stop,
+            planner,
+            unknown,
+            seed,
+            time_limit,
+            settings or (),
+            record,
+            draw,
+        )
+    )
+    if as_json:
+        print(json.dumps(result.as_dict()))
+    else:
+        _print_drive(result, record)
+    return OK if result.success else FAILED
 
 
 @app.command("robots")
@@ -268,6 +346,25 @@ def _print_result(result: RunResult, record: Path | None) -> None:
         table.add_row(label, _figure(value, unit))
     for line in result.collisions:
         table.add_row("contact", line)
+    if record is not None:
+        table.add_row("recording", str(record))
+    Console().print(table)
+
+
+def _print_drive(r: DriveResult, record: Path | None) -> None:
+    table = _listing("nav", "")
+    table.add_row("result", "goal reached" if r.success else f"failed: {r.failure_reason}")
+    for label, value, unit in (
+        ("time", r.time_s, "s"),
+        ("lower bound", r.lower_bound_s, "s"),
+        ("collisions", r.collisions, ""),
+        ("least clearance", r.min_clearance_m, "m"),
+        ("length of the way", r.path_length_m, "m"),
+        ("length of the global path", r.global_path_length_m, "m"),
+        ("base step, median", r.step_ms.median if r.step_ms else None, "ms"),
+        ("base step, p99", r.step_ms.p99 if r.step_ms else None, "ms"),
+    ):
+        table.add_row(label, _figure(value, unit))
     if record is not None:
         table.add_row("recording", str(record))
     Console().print(table)

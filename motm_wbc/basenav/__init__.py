@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motm_wbc.basenav.goal_field import GoalField, cost_to_go
+    from motm_wbc.basenav.local_planner import Goal, LocalPlan, LocalPlanner
+    from motm_wbc.basenav.maps import load_world
+    from motm_wbc.basenav.navigator import Navigator, NavStatus, NavStep
     from motm_wbc.basenav.obstacle import Disc, Obstacle
     from motm_wbc.basenav.parameters import PlacementParameters
     from motm_wbc.basenav.placement import BasePlacement, PlacementResult
@@ -24,7 +27,13 @@ _HOME = {
     "BasePlacement": "placement",
     "Disc": "obstacle",
     "GlobalPlanner": "planner",
+    "Goal": "local_planner",
     "GoalField": "goal_field",
+    "LocalPlan": "local_planner",
+    "LocalPlanner": "local_planner",
+    "NavStatus": "navigator",
+    "NavStep": "navigator",
+    "Navigator": "navigator",
     "Obstacle": "obstacle",
     "Path": "planner",
     "PlacementParameters": "parameters",
@@ -34,13 +43,20 @@ _HOME = {
     "StaaStar": "staa",
     "World": "world",
     "cost_to_go": "goal_field",
+    "load_world": "maps",
 }
 
 __all__ = [
     "BasePlacement",
     "Disc",
     "GlobalPlanner",
+    "Goal",
     "GoalField",
+    "LocalPlan",
+    "LocalPlanner",
+    "NavStatus",
+    "NavStep",
+    "Navigator",
     "Obstacle",
     "Path",
     "PlacementParameters",
@@ -50,6 +66,7 @@ __all__ = [
     "StaaStar",
     "World",
     "cost_to_go",
+    "load_world",
 ]
 
 

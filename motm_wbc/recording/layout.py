@@ -39,15 +39,15 @@ def blueprint(points: Array, panels: Sequence[Plot], hidden: Sequence[str]) -> A
 
     slanted = camera.slanted(points, _ASPECTS[0], _ELEVATION, _TURN)
     overhead = camera.overhead(points, _ASPECTS[1])
-    rows, shares = _rows(panels)
+    rows, shares = plot_rows(panels)
     # From above the robot's body would hide what is drawn on the floor.
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                _spatial("Scene", slanted, hidden),
+                spatial("Scene", slanted, hidden),
                 rrb.Horizontal(
-                    _spatial("Plan", overhead, [robot.ROOT, solids.LABELS]),
-                    rrb.Tabs(_log(), rrb.TextDocumentView(origin=LEGEND, name="Legend")),
+                    spatial("Plan", overhead, [robot.ROOT, solids.LABELS]),
+                    rrb.Tabs(event_log(), rrb.TextDocumentView(origin=LEGEND, name="Legend")),
                     column_shares=[1, 1],
                 ),
                 row_shares=[3, 2],
@@ -61,13 +61,20 @@ def blueprint(points: Array, panels: Sequence[Plot], hidden: Sequence[str]) -> A
         ),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(
-            state="collapsed", timeline=timeline.NAME, play_state="playing", loop_mode="all"
-        ),
+        time_panel(),
     )
 
 
-def _rows(panels: Sequence[Plot]) -> tuple[list[Any], list[float]]:
+def time_panel() -> Any:
+    """The time line, folded; it plays."""
+    import rerun.blueprint as rrb
+
+    return rrb.TimePanel(
+        state="collapsed", timeline=timeline.NAME, play_state="playing", loop_mode="all"
+    )
+
+
+def plot_rows(panels: Sequence[Plot]) -> tuple[list[Any], list[float]]:
     """Two places a row, and the rows' shares of the height: long legends need more."""
     import rerun.blueprint as rrb
 
@@ -94,8 +101,8 @@ def _place(tabs: Sequence[Plot]) -> Any:
     return rrb.Tabs(*views) if len(views) > 1 else views[0]
 
 
-def _log() -> Any:
-    """Level and text, which has the time; the path is the same for all lines."""
+def event_log() -> Any:
+    """The log: level and text, which has the time; the path is the same for all lines."""
     import rerun.blueprint as rrb
     from rerun.blueprint.encodings import TimelineColumn
 
@@ -106,7 +113,8 @@ def _log() -> Any:
     return rrb.TextLogView(origin=LOG, name="Events", columns=columns)
 
 
-def _spatial(name: str, eye: camera.Camera, hidden: Sequence[str]) -> Any:
+def spatial(name: str, eye: camera.Camera, hidden: Sequence[str]) -> Any:
+    """A view of the scene, without what is `hidden`."""
     import rerun as rr
     import rerun.blueprint as rrb
 

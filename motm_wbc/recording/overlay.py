@@ -19,6 +19,38 @@ TOOL_TARGET = "/tool_target"
 _AXIS_LENGTH = 0.12  # [m]
 
 
+class BaseLines:
+    """Footprint and trail of the base."""
+
+    def __init__(self, timeline: TimeLine, footprint: Array) -> None:
+        """Send the outline, `footprint` (n, 2) [m]."""
+        import rerun as rr
+
+        self._last: Array | None = None
+        # The trail's segments are in the world, so they are no children of the moving base.
+        self._base = timeline.channel(f"{BASE}/pose", planar_poses)
+        self._trail = timeline.channel(TRAIL, strips)
+        outline = np.vstack([footprint, footprint[:1]])
+        nose = np.array([[0.0, 0.0], [float(footprint[:, 0].max()), 0.0]])
+        timeline.static(
+            f"{BASE}/pose/footprint",
+            rr.LineStrips3D(
+                [_on_floor(outline, 0.03), _on_floor(nose, 0.03)],
+                colors=[colours.FOOTPRINT],
+                radii=[0.009],
+            ),
+        )
+        timeline.static(TRAIL, rr.LineStrips3D.from_fields(colors=[colours.TRAIL], radii=[0.008]))
+
+    def add(self, time: float, pose: Array) -> None:
+        """Stamp the base's pose (3,) at `time` [s]."""
+        position = pose[:2].copy()
+        last = position if self._last is None else self._last
+        self._last = position
+        self._base.add(time, pose.copy())
+        self._trail.add(time, [_on_floor(np.vstack([last, position]), 0.014).astype(np.float32)])
+
+
 class Overlay:
     """Footprint and trail of the base; circles about the target; frame that the tool is after."""
 
@@ -34,23 +66,9 @@ class Overlay:
         import rerun as rr
 
         self._scenario = scenario
-        self._last_position: Array | None = None
-        # The trail's segments are in the world, so they are no children of the moving base.
-        self._base = timeline.channel(f"{BASE}/pose", planar_poses)
-        self._trail = timeline.channel(TRAIL, strips)
+        self._base = BaseLines(timeline, footprint)
         self._target = timeline.channel(TARGET, planar_poses)
         self._tool_target = timeline.channel(TOOL_TARGET, arrows)
-        outline = np.vstack([footprint, footprint[:1]])
-        nose = np.array([[0.0, 0.0], [float(footprint[:, 0].max()), 0.0]])
-        timeline.static(
-            f"{BASE}/pose/footprint",
-            rr.LineStrips3D(
-                [_on_floor(outline, 0.03), _on_floor(nose, 0.03)],
-                colors=[colours.FOOTPRINT],
-                radii=[0.009],
-            ),
-        )
-        timeline.static(TRAIL, rr.LineStrips3D.from_fields(colors=[colours.TRAIL], radii=[0.008]))
         circles = {"ring": (ring_radius, colours.CANDIDATE_RING, 0.004)}
         circles["reach"] = (reach_radius, colours.REACH_RING, 0.006)
         for name, (radius, colour, thickness) in circles.items():
@@ -65,11 +83,7 @@ class Overlay:
 
     def add(self, time: float, truth: GroundTruth, report: StepReport) -> None:
         """Stamp every entity at `time` [s]."""
-        position = truth.base_pose[:2].copy()
-        last = position if self._last_position is None else self._last_position
-        self._last_position = position
-        self._base.add(time, truth.base_pose.copy())
-        self._trail.add(time, [_on_floor(np.vstack([last, position]), 0.014).astype(np.float32)])
+        self._base.add(time, truth.base_pose)
         self._target.add(time, self._target_pose(truth, report.step_index))
         self._tool_target.add(time, _axes(report.T_world_target))
 

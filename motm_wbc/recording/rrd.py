@@ -26,7 +26,7 @@ from motm_wbc.recording.states import StatesLayer
 from motm_wbc.recording.timeline import TimeLine
 from motm_wbc.scene.scenario import Scenario
 
-_LEVELS = {"info": "INFO", "warn": "WARN", "error": "ERROR"}
+LEVELS = {"info": "INFO", "warn": "WARN", "error": "ERROR"}
 _ROUNDING = 1e-6  # [s], so that k * dt counts as having reached a multiple of the period
 
 
@@ -142,7 +142,7 @@ class RrdRecorder:
 
     def event(self, event: Event) -> None:
         """Add a line to the log."""
-        level = _LEVELS.get(event.level, "INFO")
+        level = LEVELS.get(event.level, "INFO")
         text = f"{event.time:6.2f} s  {event.kind}: {event.text}"
         self._log.add(event.time, (text, level))
 

@@ -132,13 +132,13 @@ class SeriesLayer:
         self._q_range = np.where(bounded, q_upper, np.nan) - self._q_lower
         self._v_limits = v_limits
         self._channels = {
-            panel.key: _styled(timeline, f"{panel.path}/value", panel.names, panel.colours)
+            panel.key: styled(timeline, f"{panel.path}/value", panel.names, panel.colours)
             for panel in panels
             if panel.names
         }
         self._limits = [
             (
-                _styled(
+                styled(
                     timeline, f"{panel.path}/{_slug(name)}", [name.split()[-1]], [colours.LIMIT]
                 ),
                 height,
@@ -179,7 +179,7 @@ class SeriesLayer:
             if name not in self._distances:
                 colour = colours.SERIES[len(self._distances) % len(colours.SERIES)]
                 path = f"{self._distance_path}/{_slug(name)}"
-                self._distances[name] = _styled(self._timeline, path, [name], [colour])
+                self._distances[name] = styled(self._timeline, path, [name], [colour])
             self._distances[name].add(time, np.array([value]))
 
     def _cut(self) -> None:
@@ -202,9 +202,10 @@ class SeriesLayer:
         self._times, self._rows = [], []
 
 
-def _styled(
+def styled(
     timeline: TimeLine, path: str, names: Sequence[str], tints: Sequence[int]
 ) -> Channel[Array]:
+    """A channel of curves with their names and colours."""
     import rerun as rr
 
     paint = np.array(tints[: len(names)], dtype=np.uint32)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -95,34 +95,46 @@ def shape(solid: Solid, colour: int, lift: float = 0.0) -> Any:
             colors=[colour],
             fill_mode="solid",
         )
-    vertices, triangles = prism_mesh(solid.outline_in_body(), lift, lift + solid.top)
+    vertices, _ = prism_mesh(solid.outline_in_body(), lift, lift + solid.top)
+    return flat_shaded(vertices, colour)
+
+
+def flat_shaded(vertices: Array, colour: int) -> Any:
+    """A mesh of triangles (3 t, 3) [m] that share no corners, each with its own normal."""
+    import rerun as rr
+
     corners = vertices.reshape(-1, 3, 3)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return rr.Mesh3D(
         vertex_positions=vertices,
-        triangle_indices=triangles,
+        triangle_indices=np.arange(len(vertices)).reshape(-1, 3),
         vertex_normals=np.repeat(normals, 3, axis=0),
         albedo_factor=colour,
     )
 
 
-def prism_mesh(outline: Array, bottom: float, top: float) -> tuple[Array, NDArray[np.intp]]:
+def prism_mesh(
+    outline: Array, bottom: float, top: float, holes: Sequence[Array] = ()
+) -> tuple[Array, NDArray[np.intp]]:
     """Triangles of an upright prism, each with corners of its own, so that edges stay sharp.
 
     Args:
         outline: (n, 2) counter-clockwise simple polygon [m].
         bottom: height of the lower face [m].
         top: height of the upper face [m].
+        holes: (n, 2) clockwise each [m].
 
     Returns:
         (3 t, 3) vertices [m] and (t, 3) indices, counter-clockwise seen from outside.
     """
-    cover = shapely.constrained_delaunay_triangles(shapely.Polygon(outline))
+    cover = shapely.constrained_delaunay_triangles(shapely.Polygon(outline, holes))
     caps = np.array([shapely.orient_polygons(part).exterior.coords[:3] for part in cover.geoms])
     upper = np.dstack([caps, np.full(caps.shape[:2], top)])
     lower = np.dstack([caps[:, ::-1], np.full(caps.shape[:2], bottom)])
-    here, there = outline, np.roll(outline, -1, axis=0)
+    rings = [outline, *holes]
+    here = np.concatenate(rings)
+    there = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
 
     def at(points: Array, height: float) -> Array:
         return np.column_stack([points, np.full(len(points), height)])

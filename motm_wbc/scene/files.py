@@ -25,6 +25,22 @@ class Data(BaseModel):
 Model = TypeVar("Model", bound=BaseModel)
 
 
+def read_text(path: Path) -> str:
+    """The content of a text file.
+
+    Raises:
+        InputError: the file is missing or unreadable.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError("no such file", str(path)) from None
+    except IsADirectoryError:
+        raise InputError("is a folder, a file is needed", str(path)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"can't be read: {error}", str(path)) from None
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """The file's content as nested dictionaries.
 
@@ -32,13 +48,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         InputError: the file is missing, unreadable or no TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError("no such file", str(path)) from None
-    except IsADirectoryError:
-        raise InputError("is a folder, a TOML file is needed", str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"can't be read: {error}", str(path)) from None
+        return tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"is not valid TOML: {error}", str(path)) from None
 
