@@ -1,0 +1,98 @@
+"""Levenberg-Marquardt on the band's banded normal equations."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import lapack
+
+from motm_wbc.basenav.teb_band import Band, resized
+from motm_wbc.basenav.teb_obstacles import Parts, near_parts
+from motm_wbc.basenav.teb_residuals import Ends, Neighbours, Normal, Terms, normal_equations
+from motm_wbc.geometry.arrays import Array
+
+_FIRST_DAMPING = 1e-3
+_LEAST_DAMPING = 1e-7
+_WEAKER, _STRONGER = 0.2, 5.0
+_FLOOR = 1e-3  # added to the diagonal: what no residual holds stays where it is
+_SHRINK = 0.25  # an interval does not fall below this share of itself in one step
+_SHIFT = 0.3  # [m] by which a pose may move in one round without its obstacles being looked up
+_BLOCK = 4  # unknowns of a pose and the interval that follows it
+
+
+def optimised(
+    band: Band,
+    terms: Terms,
+    ends: Ends,
+    footprint: Array,
+    parts: Parts,
+    radius: float,
+    *,
+    outer: int,
+    inner: int,
+    growth: float,
+    interval: float,
+    slack: float,
+    most: int,
+) -> tuple[Band, float]:
+    """The band after some rounds of resizing and of Levenberg-Marquardt steps.
+
+    Args:
+        band: to begin with.
+        terms: limits and weights, the obstacles' that of the first round.
+        ends: velocities at the ends.
+        footprint: (m, 4) corners and normals of the footprint.
+        parts: the obstacles.
+        radius: of the footprint about the base's origin [m].
+        outer: number of rounds.
+        inner: steps of a round.
+        growth: factor on the obstacles' weight from round to round.
+        interval: duration that intervals are kept near to [s].
+        slack: by how much they may differ [s].
+        most: largest number of intervals.
+
+    Returns:
+        The band and the sum of its squared residuals, with the last round's weights.
+    """
+    reach = radius + max(terms.distance, terms.nearness_distance) + _SHIFT
+    cost = 0.0
+    for _ in range(outer):
+        band = Band(*resized(*band, interval - slack, interval + slack, most))
+        near = Neighbours(footprint, parts, *near_parts(parts, *band, reach))
+        band, cost = _descend(band, terms, ends, near, inner)
+        terms = terms._replace(obstacle=terms.obstacle * growth**0.5)
+    return band, cost
+
+
+def _descend(
+    band: Band, terms: Terms, ends: Ends, near: Neighbours, steps: int
+) -> tuple[Band, float]:
+    """Levenberg-Marquardt steps; one that raises the cost is not taken but damped more."""
+    cost, normal = normal_equations(terms, ends, near, *band)
+    damping = _FIRST_DAMPING
+    for _ in range(steps):
+        step = _step(normal, damping)
+        if step is not None:
+            tried = _moved(band, step)
+            tried_cost, tried_normal = normal_equations(terms, ends, near, *tried)
+            if tried_cost < cost:
+                band, cost, normal = tried, tried_cost, tried_normal
+                damping = max(damping * _WEAKER, _LEAST_DAMPING)
+                continue
+        damping *= _STRONGER
+    return band, cost
+
+
+def _step(normal: Normal, damping: float) -> Array | None:
+    """Solution of the damped equations; first and last pose stay. None if it fails."""
+    matrix = normal.band[3:-3].copy()
+    matrix[:, 0] += damping * (matrix[:, 0] + _FLOOR)
+    _, step, info = lapack.dpbsv(matrix.T, -normal.gradient[3:-3], lower=1, overwrite_ab=1)
+    return np.asarray(step) if info == 0 else None
+
+
+def _moved(band: Band, step: Array) -> Band:
+    blocks = np.append(step, np.zeros(_BLOCK - 1)).reshape(-1, _BLOCK)
+    poses = band.poses.copy()
+    poses[1:-1] += blocks[:-1, 1:]
+    intervals = np.maximum(band.intervals + blocks[:, 0], _SHRINK * band.intervals)
+    return Band(poses, intervals)
