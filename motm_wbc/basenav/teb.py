@@ -29,7 +29,7 @@ from motm_wbc.basenav.teb_band import (
 from motm_wbc.basenav.teb_obstacles import footprint_sides
 from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.teb_plan import TebPlan, band_states, braking_states, pose_at_rest
-from motm_wbc.basenav.teb_residuals import Ends, Terms, terms_of, velocity
+from motm_wbc.basenav.teb_residuals import Ends, Terms, terms_of, ways
 from motm_wbc.basenav.teb_safety import Safety, State, free_time
 from motm_wbc.basenav.teb_solver import optimised
 from motm_wbc.basenav.teb_world import is_same, planner_of_still, scene_of
@@ -100,7 +100,8 @@ class TimedElasticBand:
         self._scene = scene_of(world, self._outline, p.margin)
         self._found: _Found | None = None
         self._goal: Goal | None = None
-        self.plan(np.zeros(3), 0.0, 0.0, Goal(np.array([1.0, 0.0, 0.0])))
+        for _ in range(2):  # compiles what the first and what later steps call
+            self.plan(np.zeros(3), 0.0, 0.0, Goal(np.array([1.0, 0.0, 0.0])))
         self._found = None
 
     def update(self, world: World) -> None:
@@ -232,8 +233,7 @@ class TimedElasticBand:
     def _command(self, band: Band, state: State) -> tuple[float, float]:
         """Accelerations of the band's beginning, within all limits."""
         limits, period = self.limits, self._drive.period
-        slopes = np.empty((2, 7))
-        v, omega = velocity(*band.poses[:2], float(band.intervals[0]), slopes[0], slopes[1])
+        v, omega = ways(band.poses[:2])[0] / band.intervals[0]
         lead = max(period, 0.5 * float(band.intervals[0]))  # the mean holds at half the interval
         a = _within((v - state.v) / lead, limits.a_max)
         alpha = _within((omega - state.omega) / lead, limits.alpha_max)

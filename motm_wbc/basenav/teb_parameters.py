@@ -24,8 +24,8 @@ class TebParameters(Data):
     """By how much an interval may differ before it is split or joined [s]."""
     outer_iterations: Annotated[int, Field(ge=1, le=20)] = 4
     """Rounds of resizing, finding near obstacles and optimising."""
-    inner_iterations: Annotated[int, Field(ge=1, le=100)] = 5
-    """Levenberg-Marquardt steps of a round."""
+    inner_iterations: Annotated[int, Field(ge=1, le=100)] = 10
+    """Levenberg-Marquardt steps tried in a round; about half of them succeed."""
     obstacle_growth: Annotated[float, Field(ge=1.0, le=10.0)] = 2.0
     """Factor on the obstacle weight from round to round."""
     time_weight: Weight = 1.0

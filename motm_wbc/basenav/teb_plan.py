@@ -11,7 +11,7 @@ from motm_wbc.basenav.staa_admissible import executed
 from motm_wbc.basenav.staa_motion import Drive, stopping_duration, stopping_span
 from motm_wbc.basenav.staa_root import with_direction
 from motm_wbc.basenav.teb_band import Band
-from motm_wbc.basenav.teb_residuals import velocity
+from motm_wbc.basenav.teb_residuals import ways
 from motm_wbc.basenav.teb_safety import State
 from motm_wbc.geometry import se2
 from motm_wbc.geometry.angles import wrap
@@ -46,15 +46,7 @@ class TebPlan:
 
 def band_states(band: Band, state: State) -> Array:
     """(n + 1, 6) time, pose and velocity at the poses of a band; at its end that before it."""
-    slopes = np.empty((2, 7))
-    velocities = np.array(
-        [
-            velocity(first, second, duration, slopes[0], slopes[1])
-            for first, second, duration in zip(
-                band.poses[:-1], band.poses[1:], band.intervals, strict=True
-            )
-        ]
-    )
+    velocities = ways(band.poses) / band.intervals[:, None]
     at_poses = np.vstack([[state.v, state.omega], velocities])
     shares = band.intervals[:-1] / (band.intervals[:-1] + band.intervals[1:])
     at_poses[1:-1] += shares[:, None] * (velocities[1:] - velocities[:-1])

@@ -22,6 +22,9 @@ from motm_wbc.geometry.jit import kernel
 BAND = 11
 """Unknowns that one residual can depend on: width of the normal equations' lower band."""
 
+BLOCK = 4
+"""Unknowns of a pose and the interval that follows it."""
+
 _SPAN = 7  # unknowns of one interval: pose, duration, pose
 _LARGEST_HALF = 2.0  # [rad] half a turn that an arc's length is followed up to
 _SERIES = 1e-3  # [rad] below which h / sin h is its series
@@ -47,6 +50,7 @@ class Terms(NamedTuple):
         nearness: of coming nearer than `nearness_distance`.
         distance: to obstacles [m].
         nearness_distance: to obstacles [m].
+        interval: usual duration of an interval [s].
     """
 
     v_max: float
@@ -65,6 +69,7 @@ class Terms(NamedTuple):
     nearness: float
     distance: float
     nearness_distance: float
+    interval: float
 
 
 def terms_of(limits: BaseLimits, parameters: TebParameters) -> Terms:
@@ -87,6 +92,7 @@ def terms_of(limits: BaseLimits, parameters: TebParameters) -> Terms:
         math.sqrt(p.nearness_weight),
         p.distance,
         p.nearness_distance,
+        p.interval,
     )
 
 
@@ -146,10 +152,8 @@ def _stretch(half: float) -> tuple[float, float]:
 
 
 @kernel
-def velocity(
-    first: Array, second: Array, duration: float, dv: Array, dw: Array
-) -> tuple[float, float]:
-    """Speed and turn rate on the arc between two poses.
+def way(first: Array, second: Array, slope: Array) -> float:
+    """Way driven on the arc between two poses, negative in reverse [m].
 
     The chord along the mean heading, stretched to the arc, is signed, exact and smooth, so
     that forward, reverse and turning on the spot are one case.
@@ -157,50 +161,54 @@ def velocity(
     Args:
         first: (3,) pose.
         second: (3,) pose, heading not wrapped.
-        duration: [s].
-        dv: (7,) derivatives of the speed by first pose, duration, second pose; is written.
-        dw: (7,) those of the turn rate; is written.
+        slope: (7,) derivatives by first pose, duration, second pose; is written.
     """
     dx, dy = second[0] - first[0], second[1] - first[1]
     half, mean = 0.5 * (second[2] - first[2]), 0.5 * (second[2] + first[2])
     c, s = math.cos(mean), math.sin(mean)
     chord, across = c * dx + s * dy, c * dy - s * dx
-    stretch, slope = _stretch(half)
-    rate = 1.0 / duration
-    v, w = chord * stretch * rate, 2.0 * half * rate
-    dv[4], dv[5] = c * stretch * rate, s * stretch * rate
-    dv[0], dv[1] = -dv[4], -dv[5]
-    dv[2] = 0.5 * rate * (across * stretch - chord * slope)
-    dv[6] = 0.5 * rate * (across * stretch + chord * slope)
-    dv[3] = -v * rate
-    dw[:] = 0.0
-    dw[2], dw[3], dw[6] = -rate, -w * rate, rate
-    return v, w
+    stretch, bend = _stretch(half)
+    slope[4], slope[5] = c * stretch, s * stretch
+    slope[0], slope[1] = -slope[4], -slope[5]
+    slope[2] = 0.5 * (across * stretch - chord * bend)
+    slope[6] = 0.5 * (across * stretch + chord * bend)
+    slope[3] = 0.0
+    return chord * stretch
 
 
 @kernel
-def _add(normal: Normal, first: int, row: Array, count: int, scale: float, residual: float) -> float:
-    """Add a residual whose derivatives by `count` unknowns from `first` on are scale * row."""
+def ways(poses: Array) -> Array:
+    """(n, 2) way [m] and turn [rad] from each pose of (n + 1, 3) to the next."""
+    gone, slope = np.empty((poses.shape[0] - 1, 2)), np.empty(_SPAN)
+    for i in range(gone.shape[0]):
+        gone[i, 0] = way(poses[i], poses[i + 1], slope)
+        gone[i, 1] = poses[i + 1, 2] - poses[i, 2]
+    return gone
+
+
+@kernel
+def _add(normal: Normal, first: int, row: Array, count: int, scale: float, value: float) -> float:
+    """Add the residual scale * value, a function of `count` unknowns from `first` on.
+
+    `row` are the value's derivatives by them. Returns the residual's square.
+    """
+    squared = scale * scale
     for i in range(count):
-        a = scale * row[i]
+        a = squared * row[i]
         if a == 0.0:
             continue
-        normal.gradient[first + i] += a * residual
+        normal.gradient[first + i] += a * value
         for j in range(i, count):
-            normal.band[first + i, j - i] += a * scale * row[j]
-    return residual * residual
+            normal.band[first + i, j - i] += a * row[j]
+    return squared * value * value
 
 
 @kernel
 def _add_excess(
-    normal: Normal, first: int, row: Array, count: int, value: float,
-    low: float, high: float, scale: float,
+    normal: Normal, first: int, row: Array, count: int, scale: float, excess: float
 ) -> float:
-    """Add scale * (how far a value lies outside of [low, high])."""
-    excess = value - high if value > high else min(value - low, 0.0)
-    if excess == 0.0:
-        return 0.0
-    return _add(normal, first, row, count, scale, scale * excess)
+    """Add the residual scale * max(0, excess)."""
+    return _add(normal, first, row, count, scale, excess) if excess > 0.0 else 0.0
 
 
 @kernel
@@ -211,36 +219,90 @@ def _add_rolling(normal: Normal, first: int, a: Array, b: Array, row: Array, sca
     row[0], row[1], row[2] = sa + sb, -ca - cb, -sa * dy - ca * dx
     row[3] = 0.0
     row[4], row[5], row[6] = -sa - sb, ca + cb, -sb * dy - cb * dx
-    return _add(normal, first, row, _SPAN, scale, scale * ((ca + cb) * dy - (sa + sb) * dx))
+    return _add(normal, first, row, _SPAN, scale, (ca + cb) * dy - (sa + sb) * dx)
+
+
+@kernel
+def _add_speed(
+    normal: Normal, first: int, slope: Array, gone: float, duration: float,
+    low: float, high: float, row: Array, scale: float,
+) -> float:
+    """Way beyond what the speed limits [low, high] allow in the interval."""
+    row[:_SPAN] = slope
+    row[3] = -high
+    cost = _add_excess(normal, first, row, _SPAN, scale, gone - high * duration)
+    for i in range(_SPAN):
+        row[i] = -slope[i]
+    row[3] = low
+    return cost + _add_excess(normal, first, row, _SPAN, scale, low * duration - gone)
 
 
 @kernel
 def _add_change(
-    normal: Normal, first: int, before: Array, after: Array, change: float, time: float,
-    row: Array, limit: float, scale: float,
+    normal: Normal, first: int, slopes: Array, gone: Array, durations: Array,
+    limit: float, row: Array, scale: float,
 ) -> float:
-    """Acceleration from one interval to the next: change of velocity over the mean duration."""
-    rate = 1.0 / time
-    row[:] = 0.0
-    for i in range(_SPAN):
-        row[i] -= before[i] * rate
-        row[i + 4] += after[i] * rate
-    row[3] -= 0.5 * change * rate * rate
-    row[7] -= 0.5 * change * rate * rate
-    return _add_excess(normal, first, row, BAND, change * rate, -limit, limit, scale / limit)
+    """Change of velocity between two intervals beyond what the acceleration limit allows.
+
+    Mean velocities hold at the intervals' middles: |v_1 - v_0| <= a (T_0 + T_1) / 2. At an end
+    of the band, where the velocity itself is given, that interval has no duration.
+
+    Args:
+        normal: is added to.
+        first: unknown that the first interval begins with.
+        slopes: (2, 7) derivatives of the intervals' ways.
+        gone: (2,) the ways; of an end without duration, its velocity.
+        durations: (2,) [s], 0 at an end.
+        limit: acceleration.
+        row: is used.
+        scale: of the residual.
+    """
+    # the interval of an end is not among the unknowns: its four come before the band's first
+    skipped = 4 if durations[0] == 0.0 else 0
+    count = BAND - skipped if durations[1] > 0.0 else _SPAN
+    allowed, cost = 0.5 * limit * (durations[0] + durations[1]), 0.0
+    for side in range(2):
+        row[:] = 0.0
+        change = 0.0
+        for k in range(2):
+            sign = 1.0 if k != side else -1.0
+            if durations[k] == 0.0:
+                change += sign * gone[k]
+                continue
+            rate = sign / durations[k]
+            change += gone[k] * rate
+            for i in range(_SPAN):
+                row[4 * k + i] += slopes[k, i] * rate
+            row[4 * k + 3] -= gone[k] * rate / durations[k] + 0.5 * limit
+        cost += _add_excess(normal, first, row[skipped:], count, scale, change - allowed)
+    return cost
 
 
 @kernel
-def _add_end_change(
-    normal: Normal, first: int, slope: Array, sign: float, change: float, duration: float,
-    row: Array, limit: float, scale: float,
+def _add_changes(
+    normal: Normal, terms: Terms, ends: Ends, i: int, slopes: Array, gone: Array,
+    intervals: Array, row: Array,
 ) -> float:
-    """The same at an end of the band, where the mean velocity holds at half the interval."""
-    rate = 2.0 / duration
-    for i in range(_SPAN):
-        row[i] = sign * slope[i] * rate
-    row[3] -= change * rate / duration
-    return _add_excess(normal, first, row, _SPAN, change * rate, -limit, limit, scale / limit)
+    """Accelerations, linear and angular, up to interval i, and after the last one."""
+    count, cost = intervals.shape[0], 0.0
+    durations, two, pair = np.zeros(2), np.zeros((2, _SPAN)), np.zeros(2)
+    for axis in range(2):
+        limit = terms.a_max if axis == 0 else terms.alpha_max
+        scale = terms.acceleration if axis == 0 else terms.turn_acceleration
+        scale /= limit * terms.interval
+        start = ends.v if axis == 0 else ends.omega
+        durations[0] = intervals[i - 1] if i > 0 else 0.0
+        durations[1] = intervals[i]
+        pair[0] = gone[axis, (i + 1) % 2] if i > 0 else start
+        pair[1] = gone[axis, i % 2]
+        two[0], two[1] = slopes[axis, (i + 1) % 2], slopes[axis, i % 2]
+        first = 4 * (i - 1) if i > 0 else 0
+        cost += _add_change(normal, first, two, pair, durations, limit, row, scale)
+        if ends.stop and i == count - 1:
+            two[0], pair[0], durations[0] = two[1], pair[1], durations[1]
+            pair[1], durations[1] = 0.0, 0.0
+            cost += _add_change(normal, 4 * i, two, pair, durations, limit, row, scale)
+    return cost
 
 
 @kernel
@@ -248,50 +310,29 @@ def _add_motion(
     normal: Normal, terms: Terms, ends: Ends, poses: Array, intervals: Array
 ) -> float:
     """All residuals but those of obstacles."""
-    t, count = terms, intervals.shape[0]
-    row = np.empty(BAND)
-    slopes = np.empty((2, 2, _SPAN))  # of this interval and the one before, v and omega
-    v0, w0, cost = ends.v, ends.omega, 0.0
-    for i in range(count):
-        dv, dw = slopes[i % 2, 0], slopes[i % 2, 1]
-        dv0, dw0 = slopes[(i + 1) % 2, 0], slopes[(i + 1) % 2, 1]
-        first, duration = 4 * i, intervals[i]
-        v, w = velocity(poses[i], poses[i + 1], duration, dv, dw)
+    t = terms
+    row, cost = np.empty(BAND), 0.0
+    slopes, gone = np.zeros((2, 2, _SPAN)), np.zeros((2, 2))  # way and turn; even, odd interval
+    speed = t.speed / (t.v_max * t.interval)
+    turn = t.turn / (t.omega_max * t.interval)
+    for i in range(intervals.shape[0]):
+        k, first, duration = i % 2, 4 * i, intervals[i]
+        gone[0, k] = way(poses[i], poses[i + 1], slopes[0, k])
+        gone[1, k] = poses[i + 1, 2] - poses[i, 2]
+        slopes[1, k, 2], slopes[1, k, 6] = -1.0, 1.0
         row[0] = 1.0
-        cost += _add(normal, first + 3, row, 1, t.time, t.time * duration)
+        cost += _add(normal, first + 3, row, 1, t.time, duration)
         cost += _add_rolling(normal, first, poses[i], poses[i + 1], row, t.rolling)
-        share = t.speed / t.v_max
-        cost += _add_excess(normal, first, dv, _SPAN, v, -t.v_reverse, t.v_max, share)
-        share = t.turn / t.omega_max
-        cost += _add_excess(normal, first, dw, _SPAN, w, -t.omega_max, t.omega_max, share)
-        if v < 0.0:
-            for k in range(_SPAN):
-                row[k] = dv[k] * duration
-            row[3] += v
-            cost += _add(normal, first, row, _SPAN, t.forward, t.forward * v * duration)
-        if i == 0:
-            cost += _add_end_change(
-                normal, 0, dv, 1.0, v - v0, duration, row, t.a_max, t.acceleration
-            )
-            cost += _add_end_change(
-                normal, 0, dw, 1.0, w - w0, duration, row, t.alpha_max, t.turn_acceleration
-            )
-        else:
-            mean = 0.5 * (intervals[i - 1] + duration)
-            cost += _add_change(
-                normal, first - 4, dv0, dv, v - v0, mean, row, t.a_max, t.acceleration
-            )
-            cost += _add_change(
-                normal, first - 4, dw0, dw, w - w0, mean, row, t.alpha_max, t.turn_acceleration
-            )
-        if ends.stop and i == count - 1:
-            cost += _add_end_change(
-                normal, first, dv, -1.0, -v, duration, row, t.a_max, t.acceleration
-            )
-            cost += _add_end_change(
-                normal, first, dw, -1.0, -w, duration, row, t.alpha_max, t.turn_acceleration
-            )
-        v0, w0 = v, w
+        cost += _add_speed(
+            normal, first, slopes[0, k], gone[0, k], duration, -t.v_reverse, t.v_max, row, speed
+        )
+        cost += _add_speed(
+            normal, first, slopes[1, k], gone[1, k], duration, -t.omega_max, t.omega_max, row, turn
+        )
+        for j in range(_SPAN):
+            row[j] = -slopes[0, k, j]
+        cost += _add_excess(normal, first, row, _SPAN, t.forward, -gone[0, k])
+        cost += _add_changes(normal, t, ends, i, slopes, gone, intervals, row)
     return cost
 
 
@@ -313,13 +354,12 @@ def _add_obstacles(normal: Normal, terms: Terms, near: Neighbours, poses: Array)
         )
         if away >= beyond:
             continue
-        row[0], row[1], row[2] = nx, ny, ny * (wx - x) - nx * (wy - y)
-        cost += _add_excess(
-            normal, 4 * i, row, 3, away, terms.distance, math.inf, terms.obstacle
-        )
-        cost += _add_excess(
-            normal, 4 * i, row, 3, away, terms.nearness_distance, math.inf, terms.nearness
-        )
+        row[0], row[1], row[2] = -nx, -ny, nx * (wy - y) - ny * (wx - x)
+        for scale, distance in (
+            (terms.obstacle, terms.distance),
+            (terms.nearness, terms.nearness_distance),
+        ):
+            cost += _add_excess(normal, 4 * i, row, 3, scale, distance - away)
     return cost
 
 

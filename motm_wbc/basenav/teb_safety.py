@@ -25,7 +25,7 @@ from motm_wbc.basenav.staa_admissible import (
 from motm_wbc.basenav.staa_motion import Drive, arc, stopping_duration, stopping_span
 from motm_wbc.basenav.staa_root import NOWHERE, with_direction
 from motm_wbc.basenav.teb_obstacles import Parts, place_footprint, separation
-from motm_wbc.basenav.teb_residuals import velocity
+from motm_wbc.basenav.teb_residuals import way
 from motm_wbc.basenav.teb_world import Scene
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
@@ -195,13 +195,11 @@ def free_time(
     edges: EdgeMap, outline: Outline, margin: float, poses: Array, intervals: Array
 ) -> float:
     """Time that a band can be driven before it meets what stands still [s], or infinity."""
-    slopes = np.empty((2, 7))
-    time = 0.0
+    slope, time = np.empty(7), 0.0
     for i in range(intervals.shape[0]):
-        v, omega = velocity(poses[i], poses[i + 1], intervals[i], slopes[0], slopes[1])
         begin = (poses[i, 0], poses[i, 1], math.cos(poses[i, 2]), math.sin(poses[i, 2]))
-        way, turn = v * intervals[i], omega * intervals[i]
-        if not arc_is_clear(edges, outline, margin, begin, way, turn):
+        gone, turn = way(poses[i], poses[i + 1], slope), poses[i + 1, 2] - poses[i, 2]
+        if not arc_is_clear(edges, outline, margin, begin, gone, turn):
             return time
         time += intervals[i]
     return math.inf

@@ -7,16 +7,16 @@ from scipy.linalg import lapack
 
 from motm_wbc.basenav.teb_band import Band, resized
 from motm_wbc.basenav.teb_obstacles import Parts, near_parts
-from motm_wbc.basenav.teb_residuals import Ends, Neighbours, Normal, Terms, normal_equations
+from motm_wbc.basenav.teb_residuals import BLOCK, Ends, Neighbours, Normal, Terms, normal_equations
 from motm_wbc.geometry.arrays import Array
 
 _FIRST_DAMPING = 1e-3
 _LEAST_DAMPING = 1e-7
 _WEAKER, _STRONGER = 0.2, 5.0
 _FLOOR = 1e-3  # added to the diagonal: what no residual holds stays where it is
+_HURRY = 30.0  # [1/s^2] added to intervals' diagonal: limits that are kept now don't hold them
 _SHRINK = 0.25  # an interval does not fall below this share of itself in one step
 _SHIFT = 0.3  # [m] by which a pose may move in one round without its obstacles being looked up
-_BLOCK = 4  # unknowns of a pose and the interval that follows it
 
 
 def optimised(
@@ -70,29 +70,30 @@ def _descend(
     cost, normal = normal_equations(terms, ends, near, *band)
     damping = _FIRST_DAMPING
     for _ in range(steps):
-        step = _step(normal, damping)
-        if step is not None:
-            tried = _moved(band, step)
-            tried_cost, tried_normal = normal_equations(terms, ends, near, *tried)
-            if tried_cost < cost:
-                band, cost, normal = tried, tried_cost, tried_normal
-                damping = max(damping * _WEAKER, _LEAST_DAMPING)
-                continue
-        damping *= _STRONGER
+        tried = _moved(band, _step(normal, damping))
+        tried_cost, tried_normal = normal_equations(terms, ends, near, *tried)
+        if tried_cost < cost:
+            band, cost, normal = tried, tried_cost, tried_normal
+            damping = max(damping * _WEAKER, _LEAST_DAMPING)
+        else:
+            damping *= _STRONGER
     return band, cost
 
 
-def _step(normal: Normal, damping: float) -> Array | None:
-    """Solution of the damped equations; first and last pose stay. None if it fails."""
+def _step(normal: Normal, damping: float) -> Array:
+    """Solution of the damped equations; first and last pose stay, as all does if it fails."""
+    step = np.zeros(len(normal.gradient))
     matrix = normal.band[3:-3].copy()
     matrix[:, 0] += damping * (matrix[:, 0] + _FLOOR)
-    _, step, info = lapack.dpbsv(matrix.T, -normal.gradient[3:-3], lower=1, overwrite_ab=1)
-    return np.asarray(step) if info == 0 else None
+    matrix[::BLOCK, 0] += _HURRY
+    _, free, info = lapack.dpbsv(matrix.T, -normal.gradient[3:-3], lower=1, overwrite_ab=1)
+    if info == 0:
+        step[3:-3] = free
+    return step
 
 
 def _moved(band: Band, step: Array) -> Band:
-    blocks = np.append(step, np.zeros(_BLOCK - 1)).reshape(-1, _BLOCK)
-    poses = band.poses.copy()
-    poses[1:-1] += blocks[:-1, 1:]
-    intervals = np.maximum(band.intervals + blocks[:, 0], _SHRINK * band.intervals)
+    blocks = np.append(step, 0.0).reshape(-1, BLOCK)
+    poses = band.poses + blocks[:, :3]
+    intervals = np.maximum(band.intervals + blocks[:-1, 3], _SHRINK * band.intervals)
     return Band(poses, intervals)
