@@ -39,6 +39,7 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
+_SOON = 2.0  # [s] before which a band must be free; what it touches later, it may yet avoid
 _SPLITS = 2  # times as many intervals as the horizon has, at most
 
 
@@ -167,13 +168,13 @@ class TimedElasticBand:
         """The first command of the best band that may be given out; else brake."""
         kept = self._kept(state, goal)
         found = [self._optimised(kept[0], kept[1], state, goal, safety)] if kept else []
-        if not found or math.isfinite(found[0].free):
+        restarted = not found or found[0].free < _SOON
+        if restarted:
             fresh = self._fresh(state, goal)
             if fresh is not None:
                 found.append(self._optimised(fresh[0], fresh[1], state, goal, safety))
-        found.sort(key=lambda one: (-one.free, one.cost))
+        found.sort(key=lambda one: -min(one.free, _SOON))  # of equal ones that which is kept
         self._found, self._goal = (found[0] if found else None), goal
-        restarted = kept is None or len(found) > 1
         for one in found:
             command = self._command(one.band, state)
             if safety.allows(command):

@@ -194,13 +194,24 @@ def separation(
 
 
 @kernel
+def between(poses: Array, half: int) -> tuple[float, float, float]:
+    """The band's pose half / 2; for odd numbers, half-way between two poses."""
+    a, b = poses[half // 2], poses[(half + 1) // 2]
+    return 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
+
+
+@kernel
 def near_parts(
     parts: Parts, poses: Array, intervals: Array, radius: float
 ) -> tuple[Indices, Indices, Array]:
-    """Which parts may be within `radius` [m] of which pose of the band, the ends left out.
+    """Which parts may be within `radius` [m] of the band, its ends left out.
+
+    The band is looked at at its poses and half-way between them: a corner of a turning base
+    reaches farther there than at either pose.
 
     Returns:
-        (k,) poses, ascending; (k,) parts; (k, 2) way of the part until the base is there [m].
+        (k,) places, ascending, see `between`; (k,) parts; (k, 2) way of the part until the
+        base is there [m].
     """
     found = 0
     for counting in range(2):
@@ -208,17 +219,17 @@ def near_parts(
             at, which = np.empty(found, dtype=np.int64), np.empty(found, dtype=np.int64)
             moved = np.empty((found, 2))
         found, time = 0, 0.0
-        for i in range(1, poses.shape[0] - 1):
-            time += intervals[i - 1]
+        for half in range(1, 2 * intervals.shape[0]):
+            time += 0.5 * intervals[(half - 1) // 2]
+            x, y, _ = between(poses, half)
             for part in range(parts.boxes.shape[0]):
                 dx, dy = parts.velocities[part, 0] * time, parts.velocities[part, 1] * time
-                x, y = poses[i, 0] - dx, poses[i, 1] - dy
-                ox = max(parts.boxes[part, 0] - x, x - parts.boxes[part, 2], 0.0)
-                oy = max(parts.boxes[part, 1] - y, y - parts.boxes[part, 3], 0.0)
+                ox = max(parts.boxes[part, 0] + dx - x, x - parts.boxes[part, 2] - dx, 0.0)
+                oy = max(parts.boxes[part, 1] + dy - y, y - parts.boxes[part, 3] - dy, 0.0)
                 if ox * ox + oy * oy > radius * radius:
                     continue
                 if counting == 1:
-                    at[found], which[found] = i, part
+                    at[found], which[found] = half, part
                     moved[found, 0], moved[found, 1] = dx, dy
                 found += 1
     return at, which, moved

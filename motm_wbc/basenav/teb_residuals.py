@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.basenav.teb_obstacles import Parts, place_footprint, separation
+from motm_wbc.basenav.teb_obstacles import Parts, between, place_footprint, separation
 from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
@@ -111,19 +111,19 @@ class Ends(NamedTuple):
 
 
 class Neighbours(NamedTuple):
-    """Obstacles near the band's poses (see `near_parts`).
+    """Obstacles near the band (see `near_parts`).
 
     Attributes:
         footprint: (m, 4) corners and normals in the base frame.
         parts: all obstacles.
-        poses: (k,) index of the pose.
+        places: (k,) where on the band.
         which: (k,) index of the part.
         moved: (k, 2) way of the part until then [m].
     """
 
     footprint: Array
     parts: Parts
-    poses: Indices
+    places: Indices
     which: Indices
     moved: Array
 
@@ -340,26 +340,29 @@ def _add_motion(
 def _add_obstacles(normal: Normal, terms: Terms, near: Neighbours, poses: Array) -> float:
     """Residuals of obstacles near the band."""
     base = np.empty_like(near.footprint)
-    row = np.empty(3)
+    row = np.zeros(_SPAN)
     beyond = max(terms.distance, terms.nearness_distance)
     placed, cost = -1, 0.0
-    for k in range(near.poses.shape[0]):
-        i = near.poses[k]
-        x, y = poses[i, 0], poses[i, 1]
-        if i != placed:
-            place_footprint(near.footprint, x, y, poses[i, 2], base)
-            placed = i
+    x = y = 0.0
+    for k in range(near.places.shape[0]):
+        half = near.places[k]
+        if half != placed:
+            x, y, heading = between(poses, half)
+            place_footprint(near.footprint, x, y, heading, base)
+            placed = half
         away, nx, ny, wx, wy = separation(
             base, near.parts, near.which[k], near.moved[k, 0], near.moved[k, 1], beyond
         )
         if away >= beyond:
             continue
-        row[0], row[1], row[2] = -nx, -ny, nx * (wy - y) - ny * (wx - x)
-        for scale, distance in (
-            (terms.obstacle, terms.distance),
-            (terms.nearness, terms.nearness_distance),
-        ):
-            cost += _add_excess(normal, 4 * i, row, 3, scale, distance - away)
+        share, count = (0.5, _SPAN) if half % 2 == 1 else (1.0, 3)  # of each pose's step
+        row[0], row[1], row[2] = -share * nx, -share * ny, share * (nx * (wy - y) - ny * (wx - x))
+        row[4], row[5], row[6] = row[0], row[1], row[2]
+        first = BLOCK * (half // 2)
+        cost += _add_excess(normal, first, row, count, terms.obstacle, terms.distance - away)
+        cost += _add_excess(
+            normal, first, row, count, terms.nearness, terms.nearness_distance - away
+        )
     return cost
 
 
