@@ -40,6 +40,7 @@ from motm_wbc.geometry.base_motion import BaseLimits
 
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
 _SOON = 2.0  # [s] before which a band must be free; what it touches later, it may yet avoid
+_PATIENCE = 20  # commands refused in a row after which the band is given up
 _SPLITS = 2  # times as many intervals as the horizon has, at most
 
 
@@ -101,6 +102,7 @@ class TimedElasticBand:
         self._scene = scene_of(world, self._outline, p.margin)
         self._found: _Found | None = None
         self._goal: Goal | None = None
+        self._refused = 0  # commands in a row
         for _ in range(2):  # compiles what the first and what later steps call
             self.plan(np.zeros(3), 0.0, 0.0, Goal(np.array([1.0, 0.0, 0.0])))
         self._found = None
@@ -175,20 +177,22 @@ class TimedElasticBand:
                 found.append(self._optimised(fresh[0], fresh[1], state, goal, safety))
         found.sort(key=lambda one: -min(one.free, _SOON))  # of equal ones that which is kept
         self._found, self._goal = (found[0] if found else None), goal
-        for one in found:
-            command = self._command(one.band, state)
-            if safety.allows(command):
+        if found:
+            best = found[0]
+            command = safety.nearest(self._command(best.band, state))
+            self._refused = 0 if command is not None else self._refused + 1
+            if command is not None:
+                reached = best.whole and math.isinf(best.free)
                 return self._answer(
-                    state, safety, command, one, restarted=restarted,
-                    reached=one.whole and math.isinf(one.free),
-                )  # fmt: skip
-        self._found = None
+                    state, safety, command, best, restarted=restarted, reached=reached
+                )
         return self._stop(state, safety, emergency=True)
 
     def _kept(self, state: State, goal: Goal) -> tuple[Band, bool] | None:
         """The last band from here on, led to the goal; whether it ends there."""
         p, found, last = self.parameters, self._found, self._goal
-        if found is None or last is None:
+        if found is None or last is None or self._refused >= _PATIENCE:
+            self._refused = 0
             return None
         moved, turned = goal.pose - last.pose, wrap(goal.pose[2] - last.pose[2])
         if math.hypot(moved[0], moved[1]) > p.restart_distance or abs(turned) > p.restart_angle:
@@ -236,8 +240,8 @@ class TimedElasticBand:
         limits, period = self.limits, self._drive.period
         v, omega = ways(band.poses[:2])[0] / band.intervals[0]
         lead = max(period, 0.5 * float(band.intervals[0]))  # the mean holds at half the interval
-        a = _within((v - state.v) / lead, limits.a_max)
-        alpha = _within((omega - state.omega) / lead, limits.alpha_max)
+        a = _within(float(v - state.v) / lead, limits.a_max)
+        alpha = _within(float(omega - state.omega) / lead, limits.alpha_max)
         v, omega = limits.clip(state.v + a * period, state.omega + alpha * period)
         return (
             _within((v - state.v) / period, limits.a_max),

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline
 from motm_wbc.basenav.staa_admissible import (
@@ -30,6 +31,7 @@ from motm_wbc.basenav.teb_world import Scene
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 
+_GRID = np.linspace(-1.0, 1.0, 5)  # of accelerations, as shares of their limits
 _STANDING = 1.0  # [s] after rest for which what moves must stay clear of the base
 _LOOK = 0.05  # [s] between two looks at what moves
 
@@ -89,7 +91,7 @@ class Safety:
     @cached_property
     def brake(self) -> tuple[float, float]:
         """Accelerations that come to rest on the present arc."""
-        return self._check((0.0, 0.0))[1]
+        return self._check(np.zeros((0, 2)))[1]
 
     @cached_property
     def _time_if_braking(self) -> float:
@@ -100,15 +102,48 @@ class Safety:
 
         If a moving obstacle comes anyway, it may not come sooner than at a braking base.
         """
-        if self.room < 0.0 or not self._check(command)[0]:
-            return False
+        return self.room >= 0.0 and bool(self._check(np.array([command]))[0][0]) and self._outruns(command)
+
+    def nearest(self, wanted: tuple[float, float]) -> tuple[float, float] | None:
+        """The command that may be given out and is nearest to the one that is wanted.
+
+        Distances are taken in shares of the limits, among the wanted accelerations and a grid
+        over what the limits allow; None if there is none, or none that moves the base.
+        """
+        if self.allows(wanted):
+            return wanted
+        if self.room < 0.0:
+            return None
+        drive, state = self.drive, self.state
+        grid = np.array(
+            [
+                (a, alpha)
+                for a in (wanted[0], *_GRID * drive.a_max)
+                for alpha in (wanted[1], *_GRID * drive.alpha_max)
+            ]
+        )
+        low = np.array([-drive.v_reverse - state.v, -drive.omega_max - state.omega]) / drive.period
+        high = np.array([drive.v_max - state.v, drive.omega_max - state.omega]) / drive.period
+        grid = np.clip(grid, low, high)
+        moves = np.any(grid != np.array(self.brake), axis=1)
+        grid = grid[moves & self._check(grid)[0]]
+        limits = np.array([drive.a_max, drive.alpha_max])
+        away = (((grid - np.array(wanted)) / limits) ** 2).sum(axis=1)
+        for a, alpha in grid[np.argsort(away, kind="stable")].tolist():
+            if self._outruns((a, alpha)):
+                return a, alpha
+        return None
+
+    def _outruns(self, command: tuple[float, float]) -> bool:
+        """Whether what moves does not meet the base, or not sooner than if it brakes."""
         free = self._time_to_contact(command)
         return math.isinf(free) or free > self._time_if_braking
 
-    def _check(self, command: tuple[float, float]) -> tuple[bool, tuple[float, float]]:
-        """Whether a command is safe beside what stands still; the brake."""
-        (a, alpha), state, period = command, self.state, self.drive.period
-        v, omega = state.v + a * period, state.omega + alpha * period
+    def _check(self, commands: Array) -> tuple[NDArray[np.bool_], tuple[float, float]]:
+        """Which of the commands (m, 2) are safe beside what stands still; the brake."""
+        state, period = self.state, self.drive.period
+        targets = np.array([state.v, state.omega]) + commands * period
+        rates = np.abs(commands)
         table, admissible, _ = first_actions(
             self.drive,
             self.scene.edges,
@@ -120,10 +155,10 @@ class Safety:
             state.pose,
             state.v,
             state.omega,
-            np.array([[abs(a), v, abs(alpha), omega]]),
+            np.column_stack([rates[:, 0], targets[:, 0], rates[:, 1], targets[:, 1]]),
         )
         brake = table[-1]
-        return bool(admissible[-2]), (float(brake[ACCELERATION]), float(brake[ALPHA]))
+        return admissible[1:-1], (float(brake[ACCELERATION]), float(brake[ALPHA]))
 
     def _time_to_contact(self, command: tuple[float, float]) -> float:
         if len(self.scene.moving.boxes) == 0:
