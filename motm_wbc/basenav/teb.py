@@ -15,7 +15,7 @@ import numpy as np
 
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.local_planner import Goal
-from motm_wbc.basenav.planner import GlobalPlanner
+from motm_wbc.basenav.planner import GlobalPlanner, Path
 from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_root import check_inputs
 from motm_wbc.basenav.teb_band import (
@@ -41,6 +41,8 @@ from motm_wbc.geometry.base_motion import BaseLimits
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
 _SOON = 2.0  # [s] before which a band must be free; what it touches later, it may yet avoid
 _PATIENCE = 20  # commands refused in a row after which the band is given up
+_SLOW = 1.3  # times as long as the global path: a new band is tried
+_WORTH = 0.8  # share of its duration for which a band is changed
 _SPLITS = 2  # times as many intervals as the horizon has, at most
 
 
@@ -168,17 +170,9 @@ class TimedElasticBand:
 
     def _follow(self, state: State, safety: Safety, goal: Goal) -> TebPlan:
         """The first command of the best band that may be given out; else brake."""
-        kept = self._kept(state, goal)
-        found = [self._optimised(kept[0], kept[1], state, goal, safety)] if kept else []
-        restarted = not found or found[0].free < _SOON
-        if restarted:
-            fresh = self._fresh(state, goal)
-            if fresh is not None:
-                found.append(self._optimised(fresh[0], fresh[1], state, goal, safety))
-        found.sort(key=lambda one: -min(one.free, _SOON))  # of equal ones that which is kept
-        self._found, self._goal = (found[0] if found else None), goal
-        if found:
-            best = found[0]
+        best, restarted = self._best(state, goal, safety)
+        self._found, self._goal = best, goal
+        if best is not None:
             command = safety.nearest(self._command(best.band, state))
             self._refused = 0 if command is not None else self._refused + 1
             if command is not None:
@@ -202,20 +196,46 @@ class TimedElasticBand:
             return with_goal(band, goal.pose), True
         if band.duration > 0.5 * p.horizon:
             return band, False
-        tail = self._along_route(band.poses[-1], goal.pose)
-        return self._shortened(joined(band, tail)) if tail is not None else None
-
-    def _fresh(self, state: State, goal: Goal) -> tuple[Band, bool] | None:
-        """A band along the global path; whether it ends at the goal."""
-        band = self._along_route(state.pose, goal.pose)
-        return self._shortened(band) if band is not None else None
-
-    def _along_route(self, begin: Array, goal: Array) -> Band | None:
-        route = self.planner.route(begin, goal)
+        route = self.planner.route(band.poses[-1], goal.pose)
         if route is None:
             return None
+        tail = self._along(route, route.backward, band.poses[-1], goal.pose)
+        return self._shortened(joined(band, tail))
+
+    def _best(self, state: State, goal: Goal, safety: Safety) -> tuple[_Found | None, bool]:
+        """The band kept from the last step, or one made anew; whether it is new.
+
+        A new one is looked for if the last one meets something soon, or takes much longer
+        than the global path; one in the other gear if that meets something soon as well.
+        """
+        begun = self._kept(state, goal)
+        kept = self._optimised(*begun, state, goal, safety) if begun else None
+        route = self.planner.route(state.pose, goal.pose)
+        if kept is not None:
+            slow = route is not None and kept.band.duration > _SLOW * (route.time + _SOON)
+            if kept.free >= _SOON and not slow:
+                return kept, False
+        best = kept
+        for backward in self._gears(route):
+            band, whole = self._shortened(self._along(route, backward, state.pose, goal.pose))
+            fresh = self._optimised(band, whole, state, goal, safety)
+            if best is None or _is_better(fresh, best):
+                best = fresh
+            if best.free >= _SOON:
+                break
+        return best, best is not kept
+
+    def _gears(self, route: Path | None) -> tuple[bool, ...]:
+        """In which a path can be driven, its own first; none without a path."""
+        if route is None:
+            return ()
+        if self.limits.v_reverse == 0.0:
+            return (False,)
+        return route.backward, not route.backward
+
+    def _along(self, route: Path, backward: bool, begin: Array, goal: Array) -> Band:
         interval = self.parameters.interval
-        return band_along(route.points, route.backward, begin, goal, self.limits, interval)
+        return band_along(route.points, backward, begin, goal, self.limits, interval)
 
     def _shortened(self, band: Band) -> tuple[Band, bool]:
         short = cut(band, self.parameters.horizon)
@@ -283,6 +303,13 @@ class TimedElasticBand:
             emergency=emergency,
             restarted=restarted,
         )
+
+
+def _is_better(fresh: _Found, kept: _Found) -> bool:
+    """Whether a band is worth changing to: nothing soon in the way, or clearly sooner there."""
+    if min(fresh.free, _SOON) != min(kept.free, _SOON):
+        return fresh.free > kept.free
+    return math.isinf(fresh.free) and fresh.band.duration < _WORTH * kept.band.duration
 
 
 def _within(value: float, limit: float) -> float:
