@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -36,8 +37,14 @@ class Band(NamedTuple):
 
 
 def band_along(
-    points: Array, backward: bool, start: Array, goal: Array, limits: BaseLimits, interval: float
-) -> Band:
+    points: Array,
+    backward: bool,
+    start: Array,
+    goal: Array,
+    limits: BaseLimits,
+    interval: float,
+    horizon: float,
+) -> tuple[Band, bool]:
     """The band that turns on the spot towards each point of a path and drives there.
 
     Args:
@@ -47,43 +54,46 @@ def band_along(
         goal: (3,) last pose; its heading may come out with whole turns added.
         limits: speeds of the base.
         interval: largest duration between poses [s].
+        horizon: duration after which it ends all the same [s].
+
+    Returns:
+        The band; whether it leads to the goal.
     """
     speed = limits.v_reverse if backward else limits.v_max
-    pieces, durations = [start[None]], []
+    stations = [(start, 0.0)]  # poses and the time from the one before
     heading = float(start[2])
-    for begin, end in zip(points[:-1], points[1:], strict=True):
-        (dx, dy), length = end - begin, math.dist(begin, end)
+    for begin, end in itertools.pairwise(points):
+        dx, dy = end - begin
         course = math.atan2(dy, dx) + (math.pi if backward else 0.0)
-        turned = heading + wrap(course - heading)
-        for pose, time in (
-            ([*begin, turned], abs(turned - heading) / limits.omega_max),
-            ([*end, turned], length / speed),
-        ):
-            _append(pieces, durations, np.array(pose), time, interval)
-        heading = turned
-    last = np.array([goal[0], goal[1], heading + wrap(goal[2] - heading)])
-    turning = abs(last[2] - heading) / limits.omega_max
-    away = math.dist(last[:2], pieces[-1][-1, :2]) / limits.v_max
-    _append(pieces, durations, last, turning + away, interval)
-    band = Band(np.vstack(pieces), np.concatenate([np.zeros(0), *durations]))
+        turn = wrap(course - heading)
+        heading += turn
+        stations.append((np.array([*begin, heading]), abs(turn) / limits.omega_max))
+        stations.append((np.array([*end, heading]), math.hypot(dx, dy) / speed))
+    turn = wrap(goal[2] - heading)
+    stations.append((np.array([*goal[:2], heading + turn]), abs(turn) / limits.omega_max))
+    return _discretised(stations, interval, horizon)
+
+
+def _discretised(
+    stations: list[tuple[Array, float]], interval: float, horizon: float
+) -> tuple[Band, bool]:
+    """Equal parts between poses that follow each other after given times [s]."""
+    poses, durations, left = [stations[0][0][None]], [np.zeros(0)], horizon
+    for (before, _), (after, time) in itertools.pairwise(stations):
+        if left <= 0.0:
+            break
+        share = min(1.0, left / time) if time > 0.0 else 1.0
+        count = math.ceil(share * time / interval)
+        shares = share * (np.arange(count) + 1.0)[:, None] / max(count, 1)
+        poses.append(before + shares * (after - before))
+        durations.append(np.full(count, share * time / max(count, 1)))
+        left -= time
+    band = Band(np.vstack(poses), np.concatenate(durations))
     if len(band.intervals) == 0:
-        band = Band(np.vstack([start, last]), np.array([interval]))
+        band = Band(np.vstack([stations[0][0], stations[-1][0]]), np.array([interval]))
     while len(band.intervals) < LEAST_INTERVALS:
         band = resized(band.poses, band.intervals, 0.0, 0.0, 2 * LEAST_INTERVALS)
-    return band
-
-
-def _append(
-    pieces: list[Array], durations: list[Array], pose: Array, time: float, interval: float
-) -> None:
-    """Go on to a pose within `time` [s], in equal parts."""
-    if time <= 0.0:
-        return
-    count = math.ceil(time / interval)
-    shares = (np.arange(count) + 1.0) / count
-    before = pieces[-1][-1]
-    pieces.append(before + shares[:, None] * (pose - before))
-    durations.append(np.full(count, time / count))
+    return band, left >= 0.0
 
 
 def joined(band: Band, tail: Band) -> Band:
@@ -96,12 +106,6 @@ def joined(band: Band, tail: Band) -> Band:
     )
 
 
-def cut(band: Band, duration: float) -> Band:
-    """The band up to its first pose after a duration [s]."""
-    count = 1 + int(np.searchsorted(np.cumsum(band.intervals), duration))
-    return Band(band.poses[: count + 1].copy(), band.intervals[:count].copy())
-
-
 def with_goal(band: Band, goal: Array) -> Band:
     """The band with another last pose (3,)."""
     poses = band.poses.copy()
@@ -111,9 +115,7 @@ def with_goal(band: Band, goal: Array) -> Band:
 
 
 @kernel
-def resized(
-    poses: Array, intervals: Array, least: float, largest: float, most: int
-) -> Band:
+def resized(poses: Array, intervals: Array, least: float, largest: float, most: int) -> Band:
     """Split intervals longer than `largest` [s] in two, join those shorter than `least`.
 
     At least `LEAST_INTERVALS` and at most `most` intervals are left by that.

@@ -12,11 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.basenav.teb_obstacles import Parts, between, place_footprint, separation
-from motm_wbc.basenav.teb_parameters import TebParameters
-from motm_wbc.basenav.walls import Indices
+from motm_wbc.basenav.teb_obstacles import between, place_footprint, separation
+from motm_wbc.basenav.teb_terms import Ends, Neighbours, Terms
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.base_motion import BaseLimits
 from motm_wbc.geometry.jit import kernel
 
 BAND = 11
@@ -28,104 +26,6 @@ BLOCK = 4
 _SPAN = 7  # unknowns of one interval: pose, duration, pose
 _LARGEST_HALF = 2.0  # [rad] half a turn that an arc's length is followed up to
 _SERIES = 1e-3  # [rad] below which h / sin h is its series
-
-
-class Terms(NamedTuple):
-    """Limits, weights and distances of the residuals.
-
-    Attributes:
-        v_max: [m/s].
-        v_reverse: positive [m/s].
-        omega_max: [rad/s].
-        a_max: [m/s^2].
-        alpha_max: [rad/s^2].
-        time: square roots of the weights, of the duration,
-        rolling: of slipping sideways,
-        forward: of way in reverse,
-        speed: of speed beyond its limits,
-        turn: of turn rate,
-        acceleration: of acceleration,
-        turn_acceleration: of angular acceleration,
-        obstacle: of coming nearer than `distance`,
-        nearness: of coming nearer than `nearness_distance`.
-        distance: to obstacles [m].
-        nearness_distance: to obstacles [m].
-        interval: usual duration of an interval [s].
-    """
-
-    v_max: float
-    v_reverse: float
-    omega_max: float
-    a_max: float
-    alpha_max: float
-    time: float
-    rolling: float
-    forward: float
-    speed: float
-    turn: float
-    acceleration: float
-    turn_acceleration: float
-    obstacle: float
-    nearness: float
-    distance: float
-    nearness_distance: float
-    interval: float
-
-
-def terms_of(limits: BaseLimits, parameters: TebParameters) -> Terms:
-    """Pack limits and weights for the kernels."""
-    p = parameters
-    return Terms(
-        float(limits.v_max),
-        float(limits.v_reverse),
-        float(limits.omega_max),
-        float(limits.a_max),
-        float(limits.alpha_max),
-        math.sqrt(p.time_weight),
-        math.sqrt(p.rolling_weight),
-        math.sqrt(p.forward_weight),
-        math.sqrt(p.speed_weight),
-        math.sqrt(p.turn_weight),
-        math.sqrt(p.acceleration_weight),
-        math.sqrt(p.turn_acceleration_weight),
-        math.sqrt(p.obstacle_weight),
-        math.sqrt(p.nearness_weight),
-        p.distance,
-        p.nearness_distance,
-        p.interval,
-    )
-
-
-class Ends(NamedTuple):
-    """Velocities at the band's ends.
-
-    Attributes:
-        v: speed at the start [m/s].
-        omega: turn rate at the start [rad/s].
-        stop: the base is at rest at the end; else its velocity there is free.
-    """
-
-    v: float
-    omega: float
-    stop: bool
-
-
-class Neighbours(NamedTuple):
-    """Obstacles near the band (see `near_parts`).
-
-    Attributes:
-        footprint: (m, 4) corners and normals in the base frame.
-        parts: all obstacles.
-        places: (k,) where on the band.
-        which: (k,) index of the part.
-        moved: (k, 2) way of the part until then [m].
-    """
-
-    footprint: Array
-    parts: Parts
-    places: Indices
-    which: Indices
-    moved: Array
 
 
 class Normal(NamedTuple):
@@ -142,7 +42,7 @@ class Normal(NamedTuple):
 
 @kernel
 def _stretch(half: float) -> tuple[float, float]:
-    """h / sin h, arc over chord of an arc that turns by 2 h, and its derivative."""
+    """Ratio h / sin h, arc over chord of an arc that turns by 2 h, and its derivative."""
     if abs(half) < _SERIES:
         return 1.0 + half * half / 6.0, half / 3.0
     if abs(half) > _LARGEST_HALF:
@@ -173,7 +73,7 @@ def way(first: Array, second: Array, slope: Array) -> float:
     slope[2] = 0.5 * (across * stretch - chord * bend)
     slope[6] = 0.5 * (across * stretch + chord * bend)
     slope[3] = 0.0
-    return chord * stretch
+    return float(chord * stretch)
 
 
 @kernel
@@ -224,8 +124,15 @@ def _add_rolling(normal: Normal, first: int, a: Array, b: Array, row: Array, sca
 
 @kernel
 def _add_speed(
-    normal: Normal, first: int, slope: Array, gone: float, duration: float,
-    low: float, high: float, row: Array, scale: float,
+    normal: Normal,
+    first: int,
+    slope: Array,
+    gone: float,
+    duration: float,
+    low: float,
+    high: float,
+    row: Array,
+    scale: float,
 ) -> float:
     """Way beyond what the speed limits [low, high] allow in the interval."""
     row[:_SPAN] = slope
@@ -239,8 +146,14 @@ def _add_speed(
 
 @kernel
 def _add_change(
-    normal: Normal, first: int, slopes: Array, gone: Array, durations: Array,
-    limit: float, row: Array, scale: float,
+    normal: Normal,
+    first: int,
+    slopes: Array,
+    gone: Array,
+    durations: Array,
+    limit: float,
+    row: Array,
+    scale: float,
 ) -> float:
     """Change of velocity between two intervals beyond what the acceleration limit allows.
 
@@ -280,8 +193,14 @@ def _add_change(
 
 @kernel
 def _add_changes(
-    normal: Normal, terms: Terms, ends: Ends, i: int, slopes: Array, gone: Array,
-    intervals: Array, row: Array,
+    normal: Normal,
+    terms: Terms,
+    ends: Ends,
+    i: int,
+    slopes: Array,
+    gone: Array,
+    intervals: Array,
+    row: Array,
 ) -> float:
     """Accelerations, linear and angular, up to interval i, and after the last one."""
     count, cost = intervals.shape[0], 0.0
@@ -306,9 +225,7 @@ def _add_changes(
 
 
 @kernel
-def _add_motion(
-    normal: Normal, terms: Terms, ends: Ends, poses: Array, intervals: Array
-) -> float:
+def _add_motion(normal: Normal, terms: Terms, ends: Ends, poses: Array, intervals: Array) -> float:
     """All residuals but those of obstacles."""
     t = terms
     row, cost = np.empty(BAND), 0.0

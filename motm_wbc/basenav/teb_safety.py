@@ -102,7 +102,11 @@ class Safety:
 
         If a moving obstacle comes anyway, it may not come sooner than at a braking base.
         """
-        return self.room >= 0.0 and bool(self._check(np.array([command]))[0][0]) and self._outruns(command)
+        return (
+            self.room >= 0.0
+            and bool(self._check(np.array([command]))[0][0])
+            and self._outruns(command)
+        )
 
     def nearest(self, wanted: tuple[float, float]) -> tuple[float, float] | None:
         """The command that may be given out and is nearest to the one that is wanted.

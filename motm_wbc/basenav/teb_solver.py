@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.linalg import lapack
 
 from motm_wbc.basenav.teb_band import Band, resized
 from motm_wbc.basenav.teb_obstacles import Parts, near_parts
-from motm_wbc.basenav.teb_residuals import BLOCK, Ends, Neighbours, Normal, Terms, normal_equations
+from motm_wbc.basenav.teb_parameters import TebParameters
+from motm_wbc.basenav.teb_residuals import BLOCK, Normal, normal_equations
+from motm_wbc.basenav.teb_terms import Ends, Neighbours, Terms
 from motm_wbc.geometry.arrays import Array
 
 _FIRST_DAMPING = 1e-3
@@ -16,6 +20,7 @@ _WEAKER, _STRONGER = 0.2, 5.0
 _FLOOR = 1e-3  # added to the diagonal: what no residual holds stays where it is
 _HURRY = 30.0  # [1/s^2] added to intervals' diagonal: limits that are kept now don't hold them
 _SHRINK = 0.25  # an interval does not fall below this share of itself in one step
+_SPLITS = 2  # times as many intervals as the horizon has, at most
 _SHIFT = 0.3  # [m] by which a pose may move in one round without its obstacles being looked up
 
 
@@ -26,13 +31,7 @@ def optimised(
     footprint: Array,
     parts: Parts,
     radius: float,
-    *,
-    outer: int,
-    inner: int,
-    growth: float,
-    interval: float,
-    slack: float,
-    most: int,
+    parameters: TebParameters,
 ) -> tuple[Band, float]:
     """The band after some rounds of resizing and of Levenberg-Marquardt steps.
 
@@ -43,23 +42,20 @@ def optimised(
         footprint: (m, 4) corners and normals of the footprint.
         parts: the obstacles.
         radius: of the footprint about the base's origin [m].
-        outer: number of rounds.
-        inner: steps of a round.
-        growth: factor on the obstacles' weight from round to round.
-        interval: duration that intervals are kept near to [s].
-        slack: by how much they may differ [s].
-        most: largest number of intervals.
+        parameters: numbers of rounds and steps, durations of intervals.
 
     Returns:
         The band and the sum of its squared residuals, with the last round's weights.
     """
-    reach = radius + max(terms.distance, terms.nearness_distance) + _SHIFT
-    cost = 0.0
-    for _ in range(outer):
-        band = Band(*resized(*band, interval - slack, interval + slack, most))
+    p, cost = parameters, 0.0
+    reach = radius + max(p.distance, p.nearness_distance) + _SHIFT
+    shortest, longest = p.interval - p.interval_slack, p.interval + p.interval_slack
+    most = _SPLITS * math.ceil(p.horizon / p.interval)
+    for _ in range(p.outer_iterations):
+        band = Band(*resized(*band, shortest, longest, most))
         near = Neighbours(footprint, parts, *near_parts(parts, *band, reach))
-        band, cost = _descend(band, terms, ends, near, inner)
-        terms = terms._replace(obstacle=terms.obstacle * growth**0.5)
+        band, cost = _descend(band, terms, ends, near, p.inner_iterations)
+        terms = terms._replace(obstacle=terms.obstacle * math.sqrt(p.obstacle_growth))
     return band, cost
 
 
