@@ -151,7 +151,7 @@ def resized(poses: Array, intervals: Array, least: float, largest: float, most: 
 
 
 @kernel
-def gone_along(poses: Array, intervals: Array, pose: Array, radius: float) -> Band:
+def gone_along(poses: Array, intervals: Array, pose: Array, radius: float) -> tuple[Band, float]:
     """The band from the place on it that is nearest to where the base is now.
 
     Args:
@@ -159,6 +159,9 @@ def gone_along(poses: Array, intervals: Array, pose: Array, radius: float) -> Ba
         intervals: (n,) durations [s].
         pose: (3,) of the base.
         radius: what a turn by 1 rad counts as [m].
+
+    Returns:
+        The band, which begins at the base's pose; distance of that from the last one [m].
     """
     best, at, share, time = math.inf, 0, 0.0, 0.0
     shift = math.tau * math.floor((poses[0, 2] - pose[2]) / math.tau + 0.5)
@@ -183,4 +186,4 @@ def gone_along(poses: Array, intervals: Array, pose: Array, radius: float) -> Ba
     new_poses, new_intervals = poses[at:].copy(), intervals[at:].copy()
     new_poses[0, 0], new_poses[0, 1], new_poses[0, 2] = gx, gy, heading
     new_intervals[0] *= max(1.0 - share, 0.1)
-    return Band(new_poses, new_intervals)
+    return Band(new_poses, new_intervals), math.sqrt(best)

@@ -19,6 +19,7 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 _SOON = 2.0  # [s] before which a band must be free; what it touches later, it may yet avoid
+_LOST = 0.3  # [m] that the base may be off its band
 _PATIENCE = 20  # commands refused in a row after which the band is given up
 _SLOW = 1.3  # times as long as the global path: a new band is tried
 _WORTH = 0.8  # share of its duration for which a band is changed
@@ -128,7 +129,9 @@ class BandKeeper:
         moved, turned = math.dist(goal[:2], last.pose[:2]), abs(wrap(goal[2] - last.pose[2]))
         if moved > p.restart_distance or turned > p.restart_angle:
             return None
-        band = Band(*gone_along(*found.band, task.state.pose, self._outline.radius))
+        band, away = gone_along(*found.band, task.state.pose, self._outline.radius)
+        if away > _LOST:
+            return None
         if found.whole:
             return with_goal(band, goal), True
         if band.duration > 0.5 * p.horizon:

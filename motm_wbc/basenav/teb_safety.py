@@ -141,7 +141,7 @@ class Safety:
     def _outruns(self, command: tuple[float, float]) -> bool:
         """Whether what moves does not meet the base, or not sooner than if it brakes."""
         free = self._time_to_contact(command)
-        return math.isinf(free) or free > self._time_if_braking
+        return math.isinf(free) or free >= self._time_if_braking
 
     def _check(self, commands: Array) -> tuple[NDArray[np.bool_], tuple[float, float]]:
         """Which of the commands (m, 2) are safe beside what stands still; the brake."""

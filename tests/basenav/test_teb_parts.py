@@ -160,9 +160,7 @@ WORLD = World(
 
 @pytest.mark.parametrize("stop", [True, False])
 @pytest.mark.parametrize("seed", range(10))
-def test_the_gradient_of_all_residuals_is_that_of_finite_differences(
-    seed: int, stop: bool
-) -> None:
+def test_the_gradient_of_all_residuals_is_that_of_finite_differences(seed: int, stop: bool) -> None:
     band = random_band(np.random.default_rng(seed))
     parameters = TebParameters(distance=0.2, nearness_distance=0.6)
     parts = pack_parts(WORLD.solids, WORLD.boundary)
@@ -261,7 +259,8 @@ def test_going_along_a_band_leaves_what_lies_ahead() -> None:
     points = np.array([[0.0, 0.0], goal[:2]])
     band, _ = band_along(points, False, np.zeros(3), goal, LIMITS, 0.3, 60.0)
     here = np.array([0.4, 0.01, 0.02 + math.tau])
-    left = Band(*gone_along(*band, here, 0.4))
+    left, away = gone_along(*band, here, 0.4)
+    assert away == pytest.approx(math.hypot(0.01, 0.4 * 0.02))
     assert left.duration == pytest.approx(1.6 / 0.5, rel=0.02)
     np.testing.assert_allclose(left.poses[0], [0.4, 0.01, 0.02], atol=1e-12)
     both = joined(left, Band(with_goal(left, goal).poses + [2.0, 0.0, 0.0], left.intervals))
