@@ -93,10 +93,6 @@ class Safety:
         """Accelerations that come to rest on the present arc."""
         return self._check(np.zeros((0, 2)))[1]
 
-    @cached_property
-    def _time_if_braking(self) -> float:
-        return self._time_to_contact(self.brake)
-
     def allows(self, command: tuple[float, float]) -> bool:
         """Whether accelerations within the limits may be applied for a command period.
 
@@ -139,9 +135,14 @@ class Safety:
         return None
 
     def _outruns(self, command: tuple[float, float]) -> bool:
-        """Whether what moves does not meet the base, or not sooner than if it brakes."""
-        free = self._time_to_contact(command)
-        return math.isinf(free) or free >= self._time_if_braking
+        """Whether what moves keeps the margin; where it would not from a braking base either,
+        whether it does not touch the base, or no sooner than that.
+        """
+        if math.isinf(self._time_to_contact(command, self.margin)):
+            return True
+        if math.isinf(self._time_to_contact(self.brake, self.margin)):
+            return False
+        return self._time_to_contact(command, 0.0) >= self._time_to_contact(self.brake, 0.0)
 
     def _check(self, commands: Array) -> tuple[NDArray[np.bool_], tuple[float, float]]:
         """Which of the commands (m, 2) are safe beside what stands still; the brake."""
@@ -164,7 +165,7 @@ class Safety:
         brake = table[-1]
         return admissible[1:-1], (float(brake[ACCELERATION]), float(brake[ALPHA]))
 
-    def _time_to_contact(self, command: tuple[float, float]) -> float:
+    def _time_to_contact(self, command: tuple[float, float], margin: float) -> float:
         if len(self.scene.moving.boxes) == 0:
             return math.inf
         state = self.state
@@ -174,7 +175,7 @@ class Safety:
                 self.drive,
                 self.footprint,
                 self.scene.moving,
-                self.margin,
+                margin,
                 pose,
                 state.v,
                 state.omega,
