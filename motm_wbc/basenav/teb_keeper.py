@@ -30,13 +30,11 @@ class Found(NamedTuple):
 
     Attributes:
         band: it.
-        cost: sum of its squared residuals.
         free: time for which it touches nothing that stands still [s], infinite if nowhere.
         whole: it ends at the goal.
     """
 
     band: Band
-    cost: float
     free: float
     whole: bool
 
@@ -124,10 +122,7 @@ class BandKeeper:
     def _kept(self, task: _Task) -> tuple[Band, bool] | None:
         """The last band from here on, led to the goal; whether it ends there."""
         p, found, last, goal = self._parameters, self._found, self._goal, task.goal.pose
-        if found is None or last is None:
-            return None
-        moved, turned = math.dist(goal[:2], last.pose[:2]), abs(wrap(goal[2] - last.pose[2]))
-        if moved > p.restart_distance or turned > p.restart_angle:
+        if found is None or last is None or self._leaps(last.pose, goal):
             return None
         band, away = gone_along(*found.band, task.state.pose, self._outline.radius)
         if away > _LOST:
@@ -143,6 +138,12 @@ class BandKeeper:
         tail, whole = self._along(route, route.backward, end, goal)
         return joined(band, tail), whole
 
+    def _leaps(self, before: Array, goal: Array) -> bool:
+        """Whether the goal has moved too far for the band to be led there."""
+        p = self._parameters
+        turned = abs(wrap(goal[2] - before[2]))
+        return math.dist(goal[:2], before[:2]) > p.restart_distance or turned > p.restart_angle
+
     def _gears(self, route: Path) -> tuple[bool, ...]:
         """In which a path can be driven, its own first."""
         if self._limits.v_reverse == 0.0:
@@ -157,7 +158,7 @@ class BandKeeper:
     def _optimised(self, band: Band, whole: bool, task: _Task) -> Found:
         state, scene = task.state, task.scene
         ends = Ends(state.v, state.omega, task.goal.stop and whole)
-        band, cost = optimised(
+        band = optimised(
             band,
             self._terms,
             ends,
@@ -166,7 +167,7 @@ class BandKeeper:
             self._outline.radius,
             self._parameters,
         )
-        return Found(band, cost, free_time(scene.edges, self._outline, task.room, *band), whole)
+        return Found(band, free_time(scene.edges, self._outline, task.room, *band), whole)
 
 
 def _is_better(fresh: Found, kept: Found) -> bool:

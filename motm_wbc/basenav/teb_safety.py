@@ -135,13 +135,17 @@ class Safety:
         return None
 
     def _outruns(self, command: tuple[float, float]) -> bool:
-        """Whether what moves keeps the margin; where it would not from a braking base either,
-        whether it does not touch the base, or no sooner than that.
+        """Whether what moves keeps the margin, or breaks it no sooner than if the base brakes.
+
+        A base that has it inside the margin already goes on if that is not touched sooner.
         """
-        if math.isinf(self._time_to_contact(command, self.margin)):
+        free = self._time_to_contact(command, self.margin)
+        if math.isinf(free):
             return True
-        if math.isinf(self._time_to_contact(self.brake, self.margin)):
+        if free < self._time_to_contact(self.brake, self.margin):
             return False
+        if free > self.drive.period:
+            return True
         return self._time_to_contact(command, 0.0) >= self._time_to_contact(self.brake, 0.0)
 
     def _check(self, commands: Array) -> tuple[NDArray[np.bool_], tuple[float, float]]:

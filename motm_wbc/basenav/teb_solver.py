@@ -32,7 +32,7 @@ def optimised(
     parts: Parts,
     radius: float,
     parameters: TebParameters,
-) -> tuple[Band, float]:
+) -> Band:
     """The band after some rounds of resizing and of Levenberg-Marquardt steps.
 
     Args:
@@ -43,25 +43,20 @@ def optimised(
         parts: the obstacles.
         radius: of the footprint about the base's origin [m].
         parameters: numbers of rounds and steps, durations of intervals.
-
-    Returns:
-        The band and the sum of its squared residuals, with the last round's weights.
     """
-    p, cost = parameters, 0.0
+    p = parameters
     reach = radius + max(p.distance, p.nearness_distance) + _SHIFT
     shortest, longest = p.interval - p.interval_slack, p.interval + p.interval_slack
     most = _SPLITS * math.ceil(p.horizon / p.interval)
     for _ in range(p.outer_iterations):
         band = Band(*resized(*band, shortest, longest, most))
         near = Neighbours(footprint, parts, *near_parts(parts, *band, reach))
-        band, cost = _descend(band, terms, ends, near, p.inner_iterations)
+        band = _descend(band, terms, ends, near, p.inner_iterations)
         terms = terms._replace(obstacle=terms.obstacle * math.sqrt(p.obstacle_growth))
-    return band, cost
+    return band
 
 
-def _descend(
-    band: Band, terms: Terms, ends: Ends, near: Neighbours, steps: int
-) -> tuple[Band, float]:
+def _descend(band: Band, terms: Terms, ends: Ends, near: Neighbours, steps: int) -> Band:
     """Levenberg-Marquardt steps; one that raises the cost is not taken but damped more."""
     cost, normal = normal_equations(terms, ends, near, *band)
     damping = _FIRST_DAMPING
@@ -73,7 +68,7 @@ def _descend(
             damping = max(damping * _WEAKER, _LEAST_DAMPING)
         else:
             damping *= _STRONGER
-    return band, cost
+    return band
 
 
 def _step(normal: Normal, damping: float) -> Array:

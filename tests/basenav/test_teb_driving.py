@@ -394,7 +394,7 @@ def test_a_goal_that_creeps_keeps_the_band_and_one_that_leaps_gets_a_new_one() -
     assert planner.plan(np.zeros(3), 0.3, 0.0, Goal(at + [0.0, 3.0, 0.0])).restarted
 
 
-def test_it_waits_for_nothing_that_stands_and_avoids_what_moves() -> None:
+def test_avoids_what_moves() -> None:
     """A disc crosses the way just when the base would be there."""
     begin, goal = np.array([-2.0, 0.0, 0.0]), Goal(np.array([2.5, 0.0, 0.0]), stop=True)
     speed = np.array([0.0, -0.35])

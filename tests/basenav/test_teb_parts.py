@@ -274,7 +274,7 @@ def test_an_optimised_straight_line_is_nearly_time_optimal(length: float) -> Non
     band, _ = band_along(points, False, np.zeros(3), goal, LIMITS, 0.3, 60.0)
     parameters, ends = TebParameters(), Ends(0.0, 0.0, True)
     for _ in range(5):  # as from step to step
-        band, _ = optimised(
+        band = optimised(
             band, terms_of(LIMITS, parameters), ends, SIDES, EMPTY, outline_of(BOX).radius,
             parameters,
         )  # fmt: skip
@@ -291,7 +291,7 @@ def test_an_optimised_band_goes_round_an_obstacle_at_the_distance_asked_for() ->
     assert min(distance(parts, 0, pose) for pose in band.poses) < -0.1
     parameters = TebParameters(distance=0.1)
     for _ in range(5):
-        band, _ = optimised(
+        band = optimised(
             band, terms_of(LIMITS, parameters), Ends(0.0, 0.0, True), SIDES, parts,
             outline_of(BOX).radius, parameters,
         )  # fmt: skip
