@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from motm_wbc.basenav.reach import ReachRegion
     from motm_wbc.basenav.staa import StaaStar
     from motm_wbc.basenav.staa_parameters import StaaParameters
+    from motm_wbc.basenav.teb import TimedElasticBand
+    from motm_wbc.basenav.teb_parameters import TebParameters
     from motm_wbc.basenav.world import World
 
 _HOME = {
@@ -41,6 +43,8 @@ _HOME = {
     "ReachRegion": "reach",
     "StaaParameters": "staa_parameters",
     "StaaStar": "staa",
+    "TebParameters": "teb_parameters",
+    "TimedElasticBand": "teb",
     "World": "world",
     "cost_to_go": "goal_field",
     "load_world": "maps",
@@ -64,6 +68,8 @@ __all__ = [
     "ReachRegion",
     "StaaParameters",
     "StaaStar",
+    "TebParameters",
+    "TimedElasticBand",
     "World",
     "cost_to_go",
     "load_world",
