@@ -7,14 +7,14 @@ import math
 from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span, wrapped
 from motm_wbc.basenav.staa_search import Problem
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 
 _STILL = 1e-3  # [m] way below which a part of a step counts as turning on the spot
 _ABEAM = 0.02  # [m] the goal may be ahead of a base that turns on the spot
 _BEND = 0.25  # share of a way that the goal may lie before it: the base came round a bend
 
 
-@kernel
+@inlined
 def passes_goal(
     problem: Problem,
     strictness: float,
@@ -66,7 +66,7 @@ def passes_goal(
     return share if abs(off) <= strictness * problem.goal_angle else -1.0
 
 
-@kernel
+@inlined
 def rest_pose(
     problem: Problem, x: float, y: float, heading: float, v: float, omega: float
 ) -> tuple[float, float, float]:
@@ -78,7 +78,7 @@ def rest_pose(
     return rx, ry, heading + omega * span
 
 
-@kernel
+@inlined
 def remaining_error(
     problem: Problem,
     strictness: float,
@@ -142,7 +142,7 @@ def time_to_stop(
     return max(_time_over(length, speed, drive.v_max, drive.a_max), braking + left)
 
 
-@kernel
+@inlined
 def _time_over(length: float, speed: float, v_max: float, a_max: float) -> float:
     """Least time over the braking way from `speed` and `length` [m] beyond, to rest [s]."""
     square = a_max * length + speed * speed

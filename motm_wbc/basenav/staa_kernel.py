@@ -62,14 +62,14 @@ from motm_wbc.basenav.staa_search import (
     push,
 )
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 _NO_PARENT = -1
 _STRICT = 0.8  # share of the tolerances that a new plan has to meet: there is some left later
 
 
-@kernel
+@inlined
 def _set_drive(memory: Memory, row: int, v: float, target: float, rate: float, step: float) -> None:
     """Way of every part of a step under a linear action."""
     checks = memory.drives.shape[1]
@@ -81,7 +81,7 @@ def _set_drive(memory: Memory, row: int, v: float, target: float, rate: float, s
     memory.ends[0, row] = velocity_after(v, target, rate, step)
 
 
-@kernel
+@inlined
 def _set_turn(
     memory: Memory, row: int, omega: float, target: float, rate: float, step: float
 ) -> None:
@@ -101,7 +101,7 @@ def _set_turn(
     memory.ends[1, row] = velocity_after(omega, target, rate, step)
 
 
-@kernel
+@inlined
 def _set_actions(problem: Problem, memory: Memory, v: float, omega: float) -> None:
     """Fill the tables of ways and turns for a node's velocity."""
     drive = problem.drive
@@ -191,7 +191,7 @@ def advance(problem: Problem, memory: Memory, until: int) -> bool:
     return bool(counters[GOAL] >= 0 or counters[QUEUED] == 0)
 
 
-@kernel
+@inlined
 def _add_child(
     problem: Problem, memory: Memory, parent: int, action: int, root: int, i: int, j: int
 ) -> None:
@@ -221,7 +221,7 @@ def _add_child(
     _judge_child(problem, memory, parent, action, root, i, j, x, y, heading, share)
 
 
-@kernel
+@inlined
 def _judge_child(
     problem: Problem,
     memory: Memory,
@@ -271,7 +271,7 @@ def _judge_child(
     push(memory, node)
 
 
-@kernel
+@inlined
 def _note_goal(problem: Problem, memory: Memory, node: int, share: float) -> None:
     """Keep the node if it reaches the goal at the least cost so far."""
     child = memory.nodes[node]
@@ -292,7 +292,7 @@ def _note_goal(problem: Problem, memory: Memory, node: int, share: float) -> Non
         memory.counters[GOAL] = node
 
 
-@kernel
+@inlined
 def _heuristic(
     problem: Problem, x: float, y: float, heading: float, v: float, omega: float
 ) -> float:

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from motm_wbc.geometry.base_motion import BaseLimits
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 
@@ -57,13 +57,13 @@ def drive_of(limits: BaseLimits, step: float, period: float, ramp_steps: int) ->
     )
 
 
-@kernel
+@inlined
 def wrapped(angle: float) -> float:
     """The same angle in [-pi, pi) [rad]."""
     return angle - math.tau * math.floor((angle + math.pi) / math.tau)
 
 
-@kernel
+@inlined
 def profile(
     velocity: float, index: int, count: int, rate: float, low: float, high: float, step: float
 ) -> tuple[float, float]:
@@ -97,7 +97,7 @@ def profile(
     return target, acceleration
 
 
-@kernel
+@inlined
 def velocity_after(velocity: float, target: float, rate: float, time: float) -> float:
     """Velocity after `time` [s] on the way to the target."""
     if abs(target - velocity) <= rate * time or rate == 0.0:
@@ -105,7 +105,7 @@ def velocity_after(velocity: float, target: float, rate: float, time: float) -> 
     return velocity + (rate if target > velocity else -rate) * time
 
 
-@kernel
+@inlined
 def travel(velocity: float, target: float, rate: float, time: float) -> float:
     """Distance driven (or angle turned) in `time` [s] on the way to the target."""
     if rate == 0.0:
@@ -116,7 +116,7 @@ def travel(velocity: float, target: float, rate: float, time: float) -> float:
     return (velocity + 0.5 * signed * ramp) * ramp + reached * (time - ramp)
 
 
-@kernel
+@inlined
 def arc(
     x: float, y: float, c: float, s: float, distance: float, turn: float
 ) -> tuple[float, float, float, float]:
@@ -139,13 +139,13 @@ def arc(
     return x + c * along - s * across, y + s * along + c * across, c * ct - s * st, s * ct + c * st
 
 
-@kernel
+@inlined
 def stopping_duration(drive: Drive, v: float, omega: float) -> float:
     """Time to rest with v and omega shrinking together, the fastest within limits [s]."""
     return max(abs(v) / drive.a_max, abs(omega) / drive.alpha_max)
 
 
-@kernel
+@inlined
 def stopping_span(drive: Drive, v: float, omega: float) -> float:
     """Duration at constant (v, omega) that leads as far as braking to rest does [s].
 

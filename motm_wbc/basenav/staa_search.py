@@ -13,7 +13,7 @@ from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.proximity import ProximityGrid
 from motm_wbc.basenav.staa_motion import Drive
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 
 Indices = NDArray[np.int64]
 
@@ -134,7 +134,7 @@ def clear_memory(memory: Memory) -> None:
     memory.values[GOAL_COST] = math.inf
 
 
-@kernel
+@inlined
 def _before(nodes: Array, first: int, second: int) -> bool:
     """Order of the queue: by f, then by age, so that it never depends on chance."""
     if nodes[first, F] != nodes[second, F]:
@@ -142,7 +142,7 @@ def _before(nodes: Array, first: int, second: int) -> bool:
     return first < second
 
 
-@kernel
+@inlined
 def push(memory: Memory, node: int) -> None:
     """Put a node in the queue."""
     queue, nodes = memory.queue, memory.nodes
@@ -157,7 +157,7 @@ def push(memory: Memory, node: int) -> None:
     queue[place] = node
 
 
-@kernel
+@inlined
 def pop(memory: Memory) -> int:
     """Take the node of the least f; the queue must not be empty."""
     queue, nodes = memory.queue, memory.nodes
@@ -180,7 +180,7 @@ def pop(memory: Memory) -> int:
     return int(top)
 
 
-@kernel
+@inlined
 def cell_of(problem: Problem, x: float, y: float, heading: float) -> int:
     """Cell of the closed set, in the frame of the root; negative beyond the window."""
     start = problem.start
@@ -198,7 +198,7 @@ def cell_of(problem: Problem, x: float, y: float, heading: float) -> int:
     return (row * side + column) * (problem.headings + 1) + sector
 
 
-@kernel
+@inlined
 def _place_of(closed: Indices, cell: int) -> int:
     """Place of the cell in the table, or the free one where it would go."""
     mask = closed.shape[0] - 1
@@ -208,13 +208,13 @@ def _place_of(closed: Indices, cell: int) -> int:
     return int(place)
 
 
-@kernel
+@inlined
 def is_closed(memory: Memory, cell: int) -> bool:
     """Whether a node in this cell has been expanded."""
     return bool(memory.closed[_place_of(memory.closed, cell)] == cell)
 
 
-@kernel
+@inlined
 def close(memory: Memory, cell: int) -> None:
     """Mark a cell as expanded."""
     memory.closed[_place_of(memory.closed, cell)] = cell
