@@ -6,25 +6,22 @@ import math
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motm_wbc.basenav.footprint_check import edge_map, grown_corners, outline_of
-from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
+from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.local_planner import Goal
+from motm_wbc.basenav.movers import meets_mover
 from motm_wbc.basenav.planner import GlobalPlanner
-from motm_wbc.basenav.proximity import ProximityGrid, proximity_grid, rings_of, sample_outline
+from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
-from motm_wbc.basenav.staa_admissible import (
-    ACCELERATION,
-    ALPHA,
-    Keep,
-    executed,
-    first_actions,
-    margin_left,
-)
+from motm_wbc.basenav.staa_admissible import ACCELERATION, ALPHA, Keep, first_actions, margin_left
+from motm_wbc.basenav.staa_answer import Answers
+from motm_wbc.basenav.staa_escape import contact_times, escape
 from motm_wbc.basenav.staa_follow import follow, remaining_actions
 from motm_wbc.basenav.staa_goal import remaining_error
 from motm_wbc.basenav.staa_kernel import actions_to, advance, start
-from motm_wbc.basenav.staa_motion import braking_rates, drive_of, stopping_duration, stopping_span
+from motm_wbc.basenav.staa_motion import drive_of, stopping_duration
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import Effort, StaaPlan
 from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
@@ -39,10 +36,10 @@ from motm_wbc.basenav.staa_search import (
     V,
     memory_for,
 )
+from motm_wbc.basenav.staa_surroundings import Surroundings
 from motm_wbc.basenav.window import local_target
 from motm_wbc.basenav.world import World
 from motm_wbc.errors import NoPath
-from motm_wbc.geometry import se2
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
@@ -51,8 +48,6 @@ __all__ = ["Goal", "StaaPlan", "StaaStar"]
 
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
 _CHUNK = 50  # expansions between two looks at the clock
-_GRID_STEP = 2.0  # [m] by which the proximity grid is moved
-_ARC_SPACING = 0.03  # [m] between reported poses of a braking arc
 _NO_ACTIONS = np.zeros((0, 5))
 
 
@@ -60,10 +55,8 @@ class StaaStar:
     """Modified STAA* (Missura et al. 2109.07775, with the changes of 2305.08351).
 
     Attributes:
-        world: the obstacles.
         limits: speed and acceleration limits of the base.
         parameters: see `StaaParameters`.
-        planner: the global planner whose cost-to-go guides the search.
     """
 
     def __init__(
@@ -88,21 +81,33 @@ class StaaStar:
         """
         check_inputs(footprint, limits)
         p = parameters
-        self.world = world
         self.limits = limits
         self.parameters = parameters
-        self.planner = planner
         self._outline = outline_of(footprint)
-        corners = grown_corners(self._outline, p.margin)
-        reach = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-        self._edges = edge_map(world.rings, world.bounded, reach)
-        self._rings = rings_of(world.rings, world.bounded)
+        self._around = Surroundings(world, self._outline, parameters, planner)
         self._samples = sample_outline(self._outline)
-        self._grid: ProximityGrid | None = None
-        self._grid_centre = (math.nan, math.nan)
         self._drive = drive_of(limits, p.step, p.command_period, p.ramp_steps)
+        self._answers = Answers(self._drive, limits, self._outline.radius)
         self._memory = memory_for(p.expansions, p.linear_actions, p.angular_actions, p.checks)
         self._compile()
+
+    @property
+    def world(self) -> World:
+        """The obstacles, as seen last."""
+        return self._around.world
+
+    @property
+    def planner(self) -> GlobalPlanner:
+        """The global planner whose cost-to-go guides the search: without what moves."""
+        return self._around.planner
+
+    def update(self, world: World) -> None:
+        """Take the world as it is seen now; call it at each step if something moves.
+
+        Only what has changed is computed anew: where only moving obstacles have moved, that
+        is next to nothing.
+        """
+        self._around.update(world)
 
     def plan(
         self,
@@ -133,24 +138,31 @@ class StaaStar:
         began = time.thread_time()
         kept = self._what_is_left(previous, goal)
         root, margin = self._root(pose, v, omega, keep_of(keep_in, object_xy), kept[:1])
-        if margin < 0.0 or not np.isfinite(goal.pose).all():
-            return self._brake(root, goal, emergency=True)
+        if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
+            return self._give_up(root, goal)
         try:
             problem = self._problem(root.pose, goal, margin)
         except NoPath:
-            return self._brake(root, goal, emergency=True)
+            return self._give_up(root, goal)
         if problem.stop:
             docking = self._docking_action(problem, root)
             if docking is not None:
-                return self._answer(root, goal, docking, reached=True)
+                return self._answers.once(root, goal, docking, reached=True)
         elif self._is_past(root, problem.goal):
-            return self._answer(root, goal, self._holding_action(root), reached=True)
+            holding = self._holding_action(root)
+            if holding is not None:
+                return self._answers.once(root, goal, holding, reached=True)
         return self._best_plan(problem, root, goal, kept, began)
 
     def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
-        """Come to rest on the present arc, as fast as the limits allow."""
+        """Come to rest on the present arc, as fast as the limits allow.
+
+        If something that moves would hit the base then, it drives out of its way instead.
+        """
         root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS)
-        return self._brake(root, None, emergency=margin < 0.0)
+        if margin < 0.0 or not root.admissible[root.brake]:
+            return self._give_up(root, None)
+        return self._answers.once(root, None, root.brake)
 
     def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
         """(k, 5) actions of a plan that led to the same goal, after one period of it."""
@@ -171,12 +183,13 @@ class StaaStar:
         v, omega = self.limits.clip(float(v), float(omega))
         residue = tuple(speed if abs(speed) < _AT_REST else 0.0 for speed in (v, omega))
         v, omega = v - residue[0], omega - residue[1]
+        edges = self._around.edges
         margin = margin_left(
-            self._drive, self._edges, self._outline, p.margin, with_direction(pose), v, omega
+            self._drive, edges, self._outline, p.margin, with_direction(pose), v, omega
         )
-        table, admissible, rests = first_actions(
+        table, clear, admissible, rests = first_actions(
             self._drive,
-            self._edges,
+            edges,
             self._outline,
             keep,
             p.linear_actions,
@@ -187,7 +200,24 @@ class StaaStar:
             omega,
             extra,
         )
-        return Root(pose, v, omega, residue, table, admissible, rests), margin if known else -1.0
+        if len(self._around.movers.discs):
+            admissible &= self._meets_nothing(pose, v, omega, table)
+        kept = max(margin, 0.0)
+        root = Root(pose, v, omega, residue, kept, table, clear, admissible, rests)
+        return root, margin if known else -1.0
+
+    def _meets_nothing(
+        self, pose: Array, v: float, omega: float, table: Array
+    ) -> NDArray[np.bool_]:
+        """(n,) whether the base can brake and stand after an action, for all that moves."""
+        movers, outline, place = self._around.movers, self._outline, with_direction(pose)
+        margin = self.parameters.margin
+        if meets_mover(movers, outline, margin, *place, 0.0):
+            margin = 0.0  # inside the margin it may go on, but not be touched
+        times = contact_times(
+            self._drive, movers, outline, margin, self.parameters.standing, place, v, omega, table
+        )
+        return np.asarray(times == math.inf)
 
     def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
         p = self.parameters
@@ -195,16 +225,18 @@ class StaaStar:
         if p.local_target == "window":
             target, is_goal = local_target(self.planner, pose, target, p.window, p.window_ahead)
             stop = stop and is_goal
-        field = self.planner.goal_field(target)
-        ahead = cost_to_go(field, float(pose[0]), float(pose[1]), float(pose[2]))
+        tiles = self._around.tiles_about(pose, target)
+        ahead = tiled_cost_to_go(tiles, float(pose[0]), float(pose[1]), float(pose[2]))
         share = max(p.proximity_floor, min(ahead / p.proximity_horizon, 1.0))
         return Problem(
             drive=self._drive,
-            world=self._edges,
+            world=self._around.edges,
             outline=self._outline,
-            grid=self._grid_about(pose),
+            grid=self._around.grid_about(pose),
             samples=self._samples,
-            field=field,
+            tiles=tiles,
+            movers=self._around.movers,
+            moving=p.moving_weight,
             start=np.array(with_direction(pose)),
             goal=target,
             stop=stop,
@@ -220,19 +252,6 @@ class StaaStar:
             window_ahead=p.window_ahead,
         )
 
-    def _grid_about(self, pose: Array) -> ProximityGrid:
-        """The nearness of obstacles about the base; moved in large steps only."""
-        p = self.parameters
-        x, y = (_GRID_STEP * round(float(value) / _GRID_STEP) for value in pose[:2])
-        if self._grid is None or (x, y) != self._grid_centre:
-            seen = math.hypot(0.5 * p.window + p.window_ahead, 0.5 * p.window)
-            half = seen + self._outline.radius + _GRID_STEP
-            self._grid = proximity_grid(
-                self._rings, (x, y), half, p.cell, p.proximity_radius, self._outline.radius
-            )
-            self._grid_centre = (x, y)
-        return self._grid
-
     def _best_plan(
         self, problem: Problem, root: Root, goal: Goal, kept: Array, began: float
     ) -> StaaPlan:
@@ -244,8 +263,10 @@ class StaaStar:
             if kept_cost < math.inf and kept_cost <= cost:
                 action, actions, states, cost = root.brake - 1, kept, kept_states, kept_cost
         if action < 0:
-            return self._brake(root, goal, emergency=True, effort=effort)
-        return self._answer(root, goal, action, actions, states, cost < math.inf, effort=effort)
+            return self._give_up(root, goal, effort)
+        return self._answers.whole(
+            root, goal, action, actions, states, reached=cost < math.inf, effort=effort
+        )
 
     def _search(self, problem: Problem, root: Root, began: float) -> tuple[int, Array, Effort]:
         """Search until the goal, the number of expansions or the clock ends it.
@@ -267,7 +288,7 @@ class StaaStar:
             return -1, _NO_ACTIONS, effort
         actions = actions_to(problem, memory, leaf, root.table)
         if problem.stop and counters[GOAL] >= 0:
-            actions = self._with_braking(actions, *memory.nodes[leaf, V : OMEGA + 1])
+            actions = self._answers.with_braking(actions, *memory.nodes[leaf, V : OMEGA + 1])
         return int(memory.links[leaf, ROOT]), actions, effort
 
     def _follow(self, problem: Problem, root: Root, actions: Array) -> tuple[Array, float]:
@@ -281,7 +302,7 @@ class StaaStar:
         """
         x, y, heading = (float(value) for value in root.pose)
         error, duration = remaining_error(problem, 1.0, x, y, heading, root.v, root.omega)
-        if math.isinf(error):
+        if math.isinf(error) or not root.admissible[root.brake]:
             return None
         best, least = root.brake, problem.docking * error + duration
         if root.v == 0.0 and root.omega == 0.0:
@@ -308,81 +329,28 @@ class StaaStar:
         direction = np.array([math.cos(root.pose[2]), math.sin(root.pose[2])])
         return float(offset @ direction) * (1.0 if root.v >= 0.0 else -1.0) <= 0.0
 
-    def _holding_action(self, root: Root) -> int:
+    def _holding_action(self, root: Root) -> int | None:
         """Keep the velocity, if that is safe: a goal driven through is no reason to slow."""
         p = self.parameters
         hold = (p.linear_actions // 2) * p.angular_actions + p.angular_actions // 2
-        return hold if root.admissible[hold] else root.brake
+        return next((action for action in (hold, root.brake) if root.admissible[action]), None)
 
-    def _brake(
-        self, root: Root, goal: Goal | None, emergency: bool, effort: Effort | None = None
-    ) -> StaaPlan:
-        return self._answer(root, goal, root.brake, emergency=emergency, effort=effort)
+    def _give_up(self, root: Root, goal: Goal | None, effort: Effort | None = None) -> StaaPlan:
+        """Brake; if something that moves would hit the base then, what delays it longest."""
+        stops = root.admissible[root.brake]
+        action = root.brake if stops else self._way_out(root)
+        return self._answers.once(root, goal, action, emergency=True, effort=effort)
 
-    def _answer(
-        self,
-        root: Root,
-        goal: Goal | None,
-        action: int,
-        actions: Array | None = None,
-        states: Array | None = None,
-        reached: bool = False,
-        *,
-        emergency: bool = False,
-        effort: Effort | None = None,
-    ) -> StaaPlan:
-        """The plan that begins with an action; without any more of it, it ends by braking."""
-        row, limits = root.table[action], self.limits
-        period = self._drive.period
-        a = _within(float(row[ACCELERATION]), limits.a_max)
-        alpha = _within(float(row[ALPHA]), limits.alpha_max)
-        x, y, c, s = executed(self._drive, with_direction(root.pose), root.v, root.omega, a, alpha)
-        v, omega = root.v + a * period, root.omega + alpha * period
-        after = np.array([period, x, y, math.atan2(s, c), v, omega])
-        braking = self._braking_states(after)
-        if actions is None or states is None:
-            once = np.array([[*row[:ACCELERATION], period]])
-            actions = self._with_braking(once, v, omega)
-            states = np.vstack([[0.0, *root.pose, root.v, root.omega], braking])
-        return StaaPlan(
-            acceleration=(
-                _within(a - root.residue[0] / period, limits.a_max),
-                _within(alpha - root.residue[1] / period, limits.alpha_max),
-            ),
-            poses=states[:, :4],
-            velocities=states[:, 4:],
-            reached=reached,
-            braking=braking[:, 1:4],
-            actions=actions,
-            goal=goal,
-            emergency=emergency,
-            effort=effort or Effort(),
-        )
-
-    def _with_braking(self, actions: Array, v: float, omega: float) -> Array:
-        """(k, 5) actions, extended by braking to rest from (v, omega)."""
-        duration = stopping_duration(self._drive, v, omega)
-        if duration == 0.0:
-            return actions
-        rates = braking_rates(self._drive, v, omega)
-        return np.vstack(
-            [actions, [rates[0], 0.0, rates[1], 0.0, max(duration, self._drive.period)]]
-        )
-
-    def _braking_states(self, state: Array) -> Array:
-        """(b, 6) time, pose and velocity while the base brakes to rest on its circle."""
-        when, pose, (v, omega) = state[0], state[1:4], state[4:]
-        duration = stopping_duration(self._drive, v, omega)
-        span = stopping_span(self._drive, v, omega)
-        way = max(abs(v), abs(omega) * self._outline.radius) * span
-        count = max(1, math.ceil(way / _ARC_SPACING)) if duration > 0.0 else 0
-        states = np.empty((count + 1, 6))
-        for k in range(count + 1):
-            share = k / count if count else 0.0  # of the way; the speed falls with its root
-            left = math.sqrt(1.0 - share)
-            reached = se2.integrate_twist(pose, v, 0.0, omega, share * span)
-            states[k] = [when + (1.0 - left) * duration, *reached, left * v, left * omega]
-        return states
+    def _way_out(self, root: Root) -> int:
+        """What delays a contact with something that moves longest."""
+        edges, movers, outline = self._around.edges, self._around.movers, self._outline
+        pose, horizon = with_direction(root.pose), self.parameters.escape_horizon
+        return int(
+            escape(
+                self._drive, edges, movers, outline, root.margin, horizon, pose, root.v, root.omega,
+                root.table, root.clear,
+            )
+        )  # fmt: skip
 
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
@@ -393,9 +361,7 @@ class StaaStar:
         except NoPath:
             return
         root.admissible[:] = True
+        self._meets_nothing(pose, 0.0, 0.0, root.table)
+        self._way_out(root)
         self._docking_action(problem, root)
         self._follow(problem, root, self._search(problem, root, time.thread_time())[1])
-
-
-def _within(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)

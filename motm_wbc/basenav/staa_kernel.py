@@ -18,8 +18,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import is_clear
-from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.movers import half_way, meets_mover, nearness_of_movers
 from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
 from motm_wbc.basenav.staa_follow import DURATION
@@ -41,6 +42,8 @@ from motm_wbc.basenav.staa_search import (
     HEADING,
     NODES,
     OMEGA,
+    ORIGIN_COS,
+    ORIGIN_SIN,
     PARENT,
     QUEUED,
     ROOT,
@@ -62,14 +65,14 @@ from motm_wbc.basenav.staa_search import (
     push,
 )
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import inlined, kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 _NO_PARENT = -1
 _STRICT = 0.8  # share of the tolerances that a new plan has to meet: there is some left later
 
 
-@inlined
+@lean
 def _set_drive(memory: Memory, row: int, v: float, target: float, rate: float, step: float) -> None:
     """Way of every part of a step under a linear action."""
     checks = memory.drives.shape[1]
@@ -81,7 +84,7 @@ def _set_drive(memory: Memory, row: int, v: float, target: float, rate: float, s
     memory.ends[0, row] = velocity_after(v, target, rate, step)
 
 
-@inlined
+@lean
 def _set_turn(
     memory: Memory, row: int, omega: float, target: float, rate: float, step: float
 ) -> None:
@@ -101,7 +104,7 @@ def _set_turn(
     memory.ends[1, row] = velocity_after(omega, target, rate, step)
 
 
-@inlined
+@lean
 def _set_actions(problem: Problem, memory: Memory, v: float, omega: float) -> None:
     """Fill the tables of ways and turns for a node's velocity."""
     drive = problem.drive
@@ -118,7 +121,13 @@ def _set_actions(problem: Problem, memory: Memory, v: float, omega: float) -> No
         _set_turn(memory, row, omega, target, rate, drive.step)
 
 
-@kernel
+@lean
+def _look_along(memory: Memory, heading: float) -> None:
+    """Note the direction of the node that children are made of."""
+    memory.values[ORIGIN_COS], memory.values[ORIGIN_SIN] = math.cos(heading), math.sin(heading)
+
+
+@lean
 def start(
     problem: Problem,
     memory: Memory,
@@ -150,6 +159,7 @@ def start(
     links[CELL] = cell_of(problem, x, y, heading)
     memory.counters[NODES] = 1
     close(memory, links[CELL])
+    _look_along(memory, heading)
     linear, angular = memory.drives.shape[0] - 1, memory.turns.shape[0] - 1
     for action in range(table.shape[0]):
         if admissible[action]:
@@ -162,7 +172,7 @@ def start(
     memory.counters[EXPANSIONS] = 1
 
 
-@kernel
+@lean
 def advance(problem: Problem, memory: Memory, until: int) -> bool:
     """Go on with the search up to a number of expansions.
 
@@ -181,6 +191,7 @@ def advance(problem: Problem, memory: Memory, until: int) -> bool:
         close(memory, cell)
         counters[EXPANSIONS] += 1
         _set_actions(problem, memory, memory.nodes[node, V], memory.nodes[node, OMEGA])
+        _look_along(memory, memory.nodes[node, HEADING])
         for i in range(linear):
             if i != linear // 2 and memory.ends[0, i] == memory.ends[0, linear // 2]:
                 continue  # at the speed limit: the same as holding the speed
@@ -191,7 +202,7 @@ def advance(problem: Problem, memory: Memory, until: int) -> bool:
     return bool(counters[GOAL] >= 0 or counters[QUEUED] == 0)
 
 
-@inlined
+@lean
 def _add_child(
     problem: Problem, memory: Memory, parent: int, action: int, root: int, i: int, j: int
 ) -> None:
@@ -199,9 +210,9 @@ def _add_child(
     memory.counters[CHILDREN] += 1
     origin = memory.nodes[parent]
     x, y, heading = origin[X], origin[Y], origin[HEADING]
-    c, s = math.cos(heading), math.sin(heading)
+    c, s = memory.values[ORIGIN_COS], memory.values[ORIGIN_SIN]
     share = -1.0
-    checks = memory.drives.shape[1]
+    parts = checks = memory.drives.shape[1]
     for part in range(checks):
         arc, way = memory.turns[j, part], memory.drives[i, part]
         px, py, before = x, y, heading
@@ -209,20 +220,69 @@ def _add_child(
         y += way * (s * arc[ALONG] + c * arc[ACROSS])
         heading += arc[TURN]
         c, s = c * arc[COS] - s * arc[SIN], s * arc[COS] + c * arc[SIN]
-        if not is_clear(problem.world, problem.outline, x, y, c, s, problem.margin):
-            return
+        memory.way[part, 0], memory.way[part, 1] = x, y
+        memory.way[part, 2], memory.way[part, 3] = c, s
         if not problem.stop:
             passed = passes_goal(problem, _STRICT, px, py, before, x, y, heading)
             if passed >= 0.0:
                 share = (part + passed) / checks
                 x, y = px + passed * (x - px), py + passed * (y - py)
                 heading = before + passed * (heading - before)
+                parts = part + 1
                 break
-    _judge_child(problem, memory, parent, action, root, i, j, x, y, heading, share)
+    heading = wrapped(heading)
+    cell = cell_of(problem, x, y, heading)
+    if _is_news(memory, parent, cell, memory.ends[0, i], memory.ends[1, j]) and _way_is_clear(
+        problem, memory, memory.links[parent, DEPTH], i, j, parts
+    ):
+        _keep_child(problem, memory, parent, action, root, i, j, x, y, heading, cell, share)
 
 
-@inlined
-def _judge_child(
+@lean
+def _is_news(memory: Memory, parent: int, cell: int, v: float, omega: float) -> bool:
+    """Whether a child leads to where the search has not been.
+
+    Velocity is not in the key, so a base that starts from rest would block its own cell: a
+    child that has changed its velocity and moves on is let through.
+    """
+    if parent == 0:
+        return True
+    if cell < 0:
+        return False
+    if not is_closed(memory, cell):
+        return True
+    origin = memory.nodes[parent]
+    at_rest, same = v == 0.0 and omega == 0.0, v == origin[V] and omega == origin[OMEGA]
+    return cell == memory.links[parent, CELL] and not at_rest and not same
+
+
+@lean
+def _way_is_clear(problem: Problem, memory: Memory, depth: int, i: int, j: int, parts: int) -> bool:
+    """Whether the first parts of a child's step are free of overlap, the last one first."""
+    for part in range(parts - 1, -1, -1):
+        x, y, c, s = memory.way[part]
+        if not is_clear(problem.world, problem.outline, x, y, c, s, problem.margin):
+            return False
+    if problem.movers.discs.shape[0] == 0:
+        return True
+    interval = problem.drive.step / memory.drives.shape[1]
+    for part in range(parts):
+        x, y, c, s = memory.way[part]
+        grown = problem.margin + half_way(
+            problem.movers,
+            problem.outline,
+            memory.drives[i, part],
+            memory.turns[j, part, TURN],
+            interval,
+        )
+        time = depth * problem.drive.step + (part + 1) * interval
+        if meets_mover(problem.movers, problem.outline, grown, x, y, c, s, time):
+            return False
+    return True
+
+
+@lean
+def _keep_child(
     problem: Problem,
     memory: Memory,
     parent: int,
@@ -233,36 +293,29 @@ def _judge_child(
     x: float,
     y: float,
     heading: float,
+    cell: int,
     share: float,
 ) -> None:
     """Price a child that is free of collision and put it in the queue."""
     origin = memory.nodes[parent]
     v, omega = memory.ends[0, i], memory.ends[1, j]
-    heading = wrapped(heading)
-    cell = cell_of(problem, x, y, heading)
-    at_rest = v == 0.0 and omega == 0.0
-    waits = at_rest and origin[V] == 0.0 and origin[OMEGA] == 0.0
-    if parent != 0:
-        # Velocity is not in the key, so a base that starts from rest would block its own
-        # cell: a child that has changed its velocity and moves on is let through.
-        same = v == origin[V] and omega == origin[OMEGA]
-        own = cell == memory.links[parent, CELL] and not at_rest and not same
-        if cell < 0 or (is_closed(memory, cell) and not own):
-            return
+    waits = v == 0.0 and omega == 0.0 and origin[V] == 0.0 and origin[OMEGA] == 0.0
     h = _heuristic(problem, x, y, heading, v, omega)
     if h == math.inf:
         return
     c, s = math.cos(heading), math.sin(heading)
     near = largest_under(problem.grid, problem.samples, x, y, c, s)
+    depth = memory.links[parent, DEPTH] + 1
+    beside = nearness_of_movers(problem.movers, problem.outline, x, y, depth * problem.drive.step)
     node = memory.counters[NODES]
     memory.counters[NODES] = node + 1
     child, links = memory.nodes[node], memory.links[node]
     child[X], child[Y], child[HEADING], child[V], child[OMEGA] = x, y, heading, v, omega
-    child[G] = origin[G] + problem.drive.step + problem.proximity * near
+    child[G] = origin[G] + problem.drive.step + problem.proximity * near + problem.moving * beside
     child[H] = h
     child[F] = child[G] + problem.weight * h
     links[PARENT], links[ACTION], links[ROOT], links[CELL] = parent, action, root, cell
-    links[DEPTH] = memory.links[parent, DEPTH] + 1
+    links[DEPTH] = depth
     _note_goal(problem, memory, node, share)
     # To stay at rest is no progress by itself; what can be done afterwards may be.
     if h < memory.values[BEST_H] and not waits:
@@ -271,7 +324,7 @@ def _judge_child(
     push(memory, node)
 
 
-@inlined
+@lean
 def _note_goal(problem: Problem, memory: Memory, node: int, share: float) -> None:
     """Keep the node if it reaches the goal at the least cost so far."""
     child = memory.nodes[node]
@@ -292,14 +345,14 @@ def _note_goal(problem: Problem, memory: Memory, node: int, share: float) -> Non
         memory.counters[GOAL] = node
 
 
-@inlined
+@lean
 def _heuristic(
     problem: Problem, x: float, y: float, heading: float, v: float, omega: float
 ) -> float:
     """Cost-to-go of a node [s]."""
     if problem.stop:
         return time_to_stop(problem, x, y, heading, v, omega)
-    return cost_to_go(problem.field, x, y, heading)
+    return tiled_cost_to_go(problem.tiles, x, y, heading)
 
 
 @kernel

@@ -29,8 +29,10 @@ class Root:
         omega: its turn rate [rad/s].
         residue: what rounding has left of velocities that were braked, and v and omega are
             without; the command takes it away.
+        margin: distance from what rests that can be kept [m].
         table: (n, 6) first actions.
-        admissible: (n,) which of them are safe.
+        clear: (n,) which of them keep clear of what rests.
+        admissible: (n,) which of them are safe in all respects.
         rests: (n, 3) poses at rest after each, and braking.
     """
 
@@ -38,7 +40,9 @@ class Root:
     v: float
     omega: float
     residue: tuple[float, ...]
+    margin: float
     table: Array
+    clear: NDArray[np.bool_]
     admissible: NDArray[np.bool_]
     rests: Array
 
