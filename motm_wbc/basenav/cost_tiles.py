@@ -55,10 +55,10 @@ class CostTiles(NamedTuple):
         field: cost-to-go.
         x0: left edge of the square [m].
         y0: lower edge [m].
-        count: tiles along each side.
-        heads: (count^2, 7) state of each tile; where its outlines, those before the goal, and
+        across: tiles along each side.
+        heads: (across^2, 7) state of each tile; where its outlines, those before the goal, and
             its ways begin and end.
-        beyond: (count^2,) least time of the ways that were left out [s].
+        beyond: (across^2,) least time of the ways that were left out [s].
         ways: (w, 3) least time from the tile [s]; direction from its centre and how far it
             may be off that [rad].
         codes: (w, 4) chain, gear, the outlines that may hide it.
@@ -71,7 +71,7 @@ class CostTiles(NamedTuple):
     field: GoalField
     x0: float
     y0: float
-    count: int
+    across: int
     heads: Indices
     beyond: Array
     ways: Array
@@ -123,8 +123,8 @@ def _convex_rings(walls: Walls) -> Indices:
 def _prepare(tiles: CostTiles, index: int) -> None:
     """File what a tile's poses need."""
     field, head, used = tiles.field, tiles.heads[index], tiles.used
-    cx = tiles.x0 + (index % tiles.count + 0.5) * _SIDE
-    cy = tiles.y0 + (index // tiles.count + 0.5) * _SIDE
+    cx = tiles.x0 + (index % tiles.across + 0.5) * _SIDE
+    cy = tiles.y0 + (index // tiles.across + 0.5) * _SIDE
     most = field.walls.ring_box.shape[0]
     if used[_USED_RINGS] + 2 * most > tiles.rings.size:
         head[_STATE] = _FULL
@@ -237,7 +237,7 @@ def _time_by(tiles: CostTiles, code: Indices, x: float, y: float, heading: float
         field.chain_start, field.exit_turn, field.exit_cost, chain, turn, gear, speeds.turning
     )
     speed = speeds.backward if gear == BACKWARD else speeds.forward
-    return onward + turned / speeds.turning + length / speed
+    return float(onward + turned / speeds.turning + length / speed)
 
 
 @lean
@@ -250,7 +250,8 @@ def _free_time(tiles: CostTiles, index: int, x: float, y: float, heading: float)
     ):
         dx, dy = goal[X] - x, goal[Y] - y
         ahead = direct_time(dx, dy, heading, goal[2], speeds, FORWARD)
-        return min(ahead, direct_time(dx, dy, heading, goal[2], speeds, BACKWARD)) + goal[EXTRA]
+        back = direct_time(dx, dy, heading, goal[2], speeds, BACKWARD)
+        return float(min(ahead, back) + goal[EXTRA])
     best = math.inf
     for k in range(head[_WAYS], head[_WAYS_END]):
         way, code = tiles.ways[k], tiles.codes[k]
@@ -276,9 +277,9 @@ def _free_time(tiles: CostTiles, index: int, x: float, y: float, heading: float)
 def _tile_of(tiles: CostTiles, x: float, y: float) -> int:
     """The tile that a place lies in, prepared; -1 if there is none."""
     column, row = math.floor((x - tiles.x0) / _SIDE), math.floor((y - tiles.y0) / _SIDE)
-    if column < 0 or row < 0 or column >= tiles.count or row >= tiles.count:
+    if column < 0 or row < 0 or column >= tiles.across or row >= tiles.across:
         return -1
-    index = int(row * tiles.count + column)
+    index = int(row * tiles.across + column)
     if tiles.heads[index, _STATE] == _NEW:
         _prepare(tiles, index)
     return index if tiles.heads[index, _STATE] == _READY else -1

@@ -4,51 +4,45 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import outline_of
+from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.local_planner import Goal
 from motm_wbc.basenav.movers import meets_mover
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
-from motm_wbc.basenav.staa_admissible import ACCELERATION, ALPHA, Keep, first_actions, margin_left
+from motm_wbc.basenav.staa_admissible import Keep, first_actions, margin_left
 from motm_wbc.basenav.staa_answer import Answers
+from motm_wbc.basenav.staa_arrival import arrival_action
 from motm_wbc.basenav.staa_escape import contact_times, escape
-from motm_wbc.basenav.staa_follow import follow, remaining_actions
-from motm_wbc.basenav.staa_goal import remaining_error
-from motm_wbc.basenav.staa_kernel import actions_to, advance, start
-from motm_wbc.basenav.staa_motion import drive_of, stopping_duration
+from motm_wbc.basenav.staa_follow import remaining_actions
+from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import Effort, StaaPlan
+from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
-from motm_wbc.basenav.staa_search import (
-    BEST,
-    CHILDREN,
-    EXPANSIONS,
-    GOAL,
-    OMEGA,
-    ROOT,
-    Problem,
-    V,
-    memory_for,
-)
+from motm_wbc.basenav.staa_search import Problem
+from motm_wbc.basenav.staa_solver import Solver
 from motm_wbc.basenav.staa_surroundings import Surroundings
+from motm_wbc.basenav.turning_place import turning_place
 from motm_wbc.basenav.window import local_target
 from motm_wbc.basenav.world import World
 from motm_wbc.errors import NoPath
-from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 __all__ = ["Goal", "StaaPlan", "StaaStar"]
 
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
-_CHUNK = 50  # expansions between two looks at the clock
 _NO_ACTIONS = np.zeros((0, 5))
+_WIDE = {"linear_actions": 5, "angular_actions": 7, "expansions": 1200}
 
 
 class StaaStar:
@@ -88,7 +82,7 @@ class StaaStar:
         self._samples = sample_outline(self._outline)
         self._drive = drive_of(limits, p.step, p.command_period, p.ramp_steps)
         self._answers = Answers(self._drive, limits, self._outline.radius)
-        self._memory = memory_for(p.expansions, p.linear_actions, p.angular_actions, p.checks)
+        self._solver = Solver(p, self._answers)
         self._compile()
 
     @property
@@ -119,6 +113,7 @@ class StaaStar:
         keep_in: ReachRegion | None = None,
         object_xy: Array | None = None,
         previous: StaaPlan | None = None,
+        remedy: Remedy = Remedy.NONE,
     ) -> StaaPlan:
         """What to do in the next command period. Never raises.
 
@@ -134,32 +129,62 @@ class StaaStar:
             previous: the plan of one command period ago, if it was obeyed. Where it led to
                 the same goal, it is gone on with unless the search finds a cheaper one: so
                 the time that is left never grows from plan to plan.
+            remedy: what to try, if the base is stuck (see `ProgressMonitor`).
         """
         began = time.thread_time()
-        kept = self._what_is_left(previous, goal)
-        root, margin = self._root(pose, v, omega, keep_of(keep_in, object_xy), kept[:1])
+        solver = self._solver if remedy == Remedy.NONE else self._wide_solver
+        kept = self._what_is_left(previous, goal) if remedy == Remedy.NONE else _NO_ACTIONS
+        keep = keep_of(keep_in, object_xy)
+        root, margin = self._root(pose, v, omega, keep, kept[:1], solver.parameters)
         if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
             return self._give_up(root, goal)
+        aim = self._turning_goal(root, goal) if remedy == Remedy.TURNING_PLACE else goal
         try:
-            problem = self._problem(root.pose, goal, margin)
+            problem = self._problem(root.pose, aim, margin)
         except NoPath:
             return self._give_up(root, goal)
-        if problem.stop:
-            docking = self._docking_action(problem, root)
-            if docking is not None:
-                return self._answers.once(root, goal, docking, reached=True)
-        elif self._is_past(root, problem.goal):
-            holding = self._holding_action(root)
-            if holding is not None:
-                return self._answers.once(root, goal, holding, reached=True)
-        return self._best_plan(problem, root, goal, kept, began)
+        left = self._cost_to_go(problem, root, goal)
+        arrival = arrival_action(problem, root, solver.parameters)
+        if arrival is not None:
+            plan = self._answers.once(root, goal, arrival, reached=aim is goal)
+            return replace(plan, cost_to_go=left, remedy=remedy)
+        way = solver.better(problem, root, kept, began)
+        if way.action < 0:
+            return self._give_up(root, goal, way.effort)
+        reached = way.cost < math.inf and aim is goal
+        plan = self._answers.whole(
+            root, goal, way.action, way.actions, way.states, reached=reached, effort=way.effort
+        )
+        return replace(plan, cost_to_go=left, remedy=remedy)
+
+    @cached_property
+    def _wide_solver(self) -> Solver:
+        """For a base that is stuck; more than fits in a step, if that were all of them."""
+        return Solver(self.parameters.model_copy(update=_WIDE), self._answers)
+
+    def _turning_goal(self, root: Root, goal: Goal) -> Goal:
+        """The nearest place where the base can turn on the spot, unless it is there."""
+        x, y, c, s = with_direction(root.pose)
+        way = turning_place(
+            self._around.edges, self._outline, x, y, float(root.pose[2]), root.margin
+        )
+        if math.isnan(way) or abs(way) < self.parameters.goal_distance:
+            return goal
+        return Goal(np.array([x + way * c, y + way * s, root.pose[2]]), stop=True)
+
+    def _cost_to_go(self, problem: Problem, root: Root, goal: Goal) -> float:
+        """Exact time from the base to its goal [s]."""
+        x, y, heading = (float(value) for value in root.pose)
+        if np.array_equal(problem.goal, goal.pose):
+            return float(tiled_cost_to_go(problem.tiles, x, y, heading))
+        return float(cost_to_go(self.planner.goal_field(goal.pose), x, y, heading))
 
     def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
         """Come to rest on the present arc, as fast as the limits allow.
 
         If something that moves would hit the base then, it drives out of its way instead.
         """
-        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS)
+        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS, self.parameters)
         if margin < 0.0 or not root.admissible[root.brake]:
             return self._give_up(root, None)
         return self._answers.once(root, None, root.brake)
@@ -172,10 +197,15 @@ class StaaStar:
         return remaining_actions(previous.actions, self._drive.period) if same else _NO_ACTIONS
 
     def _root(
-        self, pose: Array, v: float, omega: float, keep: Keep, extra: Array
+        self,
+        pose: Array,
+        v: float,
+        omega: float,
+        keep: Keep,
+        extra: Array,
+        p: StaaParameters,
     ) -> tuple[Root, float]:
         """First actions, and the distance that can be kept; negative: the way is blocked."""
-        p = self.parameters
         pose = np.array(pose, dtype=float)
         known = bool(np.isfinite(pose).all() and math.isfinite(v) and math.isfinite(omega))
         if not known:  # nothing can be said of such a state but that the base should stand
@@ -252,89 +282,6 @@ class StaaStar:
             window_ahead=p.window_ahead,
         )
 
-    def _best_plan(
-        self, problem: Problem, root: Root, goal: Goal, kept: Array, began: float
-    ) -> StaaPlan:
-        """The better of a new plan and what is left of the previous one."""
-        action, actions, effort = self._search(problem, root, began)
-        states, cost = self._follow(problem, root, actions)
-        if len(kept) and root.admissible[root.brake - 1]:
-            kept_states, kept_cost = self._follow(problem, root, kept)
-            if kept_cost < math.inf and kept_cost <= cost:
-                action, actions, states, cost = root.brake - 1, kept, kept_states, kept_cost
-        if action < 0:
-            return self._give_up(root, goal, effort)
-        return self._answers.whole(
-            root, goal, action, actions, states, reached=cost < math.inf, effort=effort
-        )
-
-    def _search(self, problem: Problem, root: Root, began: float) -> tuple[int, Array, Effort]:
-        """Search until the goal, the number of expansions or the clock ends it.
-
-        Returns:
-            Index of the first action, -1 if there is none; (k, 5) actions; effort.
-        """
-        memory, p = self._memory, self.parameters
-        start(problem, memory, root.pose[2], root.v, root.omega, root.table, root.admissible)
-        done, fired, until = False, False, 1
-        while not (done or fired) and until < p.expansions:
-            until = min(until + _CHUNK, p.expansions)
-            done = advance(problem, memory, until)
-            fired = not done and time.thread_time() - began > p.clock_guard
-        counters = memory.counters
-        effort = Effort(int(counters[EXPANSIONS]), int(counters[CHILDREN]), fired)
-        leaf = int(counters[GOAL if counters[GOAL] >= 0 else BEST])
-        if leaf < 0:
-            return -1, _NO_ACTIONS, effort
-        actions = actions_to(problem, memory, leaf, root.table)
-        if problem.stop and counters[GOAL] >= 0:
-            actions = self._answers.with_braking(actions, *memory.nodes[leaf, V : OMEGA + 1])
-        return int(memory.links[leaf, ROOT]), actions, effort
-
-    def _follow(self, problem: Problem, root: Root, actions: Array) -> tuple[Array, float]:
-        return follow(problem, root.pose[2], root.v, root.omega, actions, self.parameters.checks)
-
-    def _docking_action(self, problem: Problem, root: Root) -> int | None:
-        """What to do if braking now would end at the goal: brake, or come nearer first.
-
-        The step of the search is too coarse to stop at a point; here commands are compared
-        by the error that is left when the base brakes after them. At rest it stays.
-        """
-        x, y, heading = (float(value) for value in root.pose)
-        error, duration = remaining_error(problem, 1.0, x, y, heading, root.v, root.omega)
-        if math.isinf(error) or not root.admissible[root.brake]:
-            return None
-        best, least = root.brake, problem.docking * error + duration
-        if root.v == 0.0 and root.omega == 0.0:
-            return best
-        period = self._drive.period
-        for index in np.flatnonzero(root.admissible[:-1]):
-            x, y, heading = (float(value) for value in root.rests[index])
-            error, _ = remaining_error(problem, 1.0, x, y, heading, 0.0, 0.0)
-            a, alpha = root.table[index, ACCELERATION], root.table[index, ALPHA]
-            after = stopping_duration(self._drive, root.v + a * period, root.omega + alpha * period)
-            cost = problem.docking * error + period + after
-            if cost < least:
-                best, least = int(index), cost
-        return best
-
-    def _is_past(self, root: Root, goal: Array) -> bool:
-        """Whether a goal to be driven through is within tolerance and no longer ahead."""
-        p = self.parameters
-        offset = goal[:2] - root.pose[:2]
-        if math.hypot(*offset) > p.goal_distance:
-            return False
-        if abs(wrap(goal[2] - root.pose[2])) > p.goal_angle:
-            return False
-        direction = np.array([math.cos(root.pose[2]), math.sin(root.pose[2])])
-        return float(offset @ direction) * (1.0 if root.v >= 0.0 else -1.0) <= 0.0
-
-    def _holding_action(self, root: Root) -> int | None:
-        """Keep the velocity, if that is safe: a goal driven through is no reason to slow."""
-        p = self.parameters
-        hold = (p.linear_actions // 2) * p.angular_actions + p.angular_actions // 2
-        return next((action for action in (hold, root.brake) if root.admissible[action]), None)
-
     def _give_up(self, root: Root, goal: Goal | None, effort: Effort | None = None) -> StaaPlan:
         """Brake; if something that moves would hit the base then, what delays it longest."""
         stops = root.admissible[root.brake]
@@ -355,7 +302,7 @@ class StaaStar:
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
         pose = np.zeros(3)
-        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
+        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS, self.parameters)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
         except NoPath:
@@ -363,5 +310,6 @@ class StaaStar:
         root.admissible[:] = True
         self._meets_nothing(pose, 0.0, 0.0, root.table)
         self._way_out(root)
-        self._docking_action(problem, root)
-        self._follow(problem, root, self._search(problem, root, time.thread_time())[1])
+        turning_place(self._around.edges, self._outline, 0.0, 0.0, 0.0, 0.0)
+        arrival_action(problem, root, self.parameters)
+        self._solver.better(problem, root, _NO_ACTIONS, time.thread_time())

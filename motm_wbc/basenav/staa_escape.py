@@ -181,7 +181,7 @@ def escape(
     Returns:
         Its index; of equals the one that is kept shortest, the brake before all others.
     """
-    best = table.shape[0] - 1
+    best = int(table.shape[0]) - 1
     longest = _escape_time(
         drive, world, movers, outline, margin, horizon, pose, v, omega, table[best], 0.0
     )

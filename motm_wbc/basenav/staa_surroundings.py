@@ -104,10 +104,15 @@ def _centre(pose: Array) -> tuple[float, float]:
 
 def _same(first: World, second: World) -> bool:
     """Whether two worlds have the same solids and boundary."""
-    if len(first.solids) != len(second.solids) or first.bounded != second.bounded:
+    if len(first.solids) != len(second.solids):
         return False
-    boundaries = [np.zeros(0) if w.boundary is None else w.boundary for w in (first, second)]
-    return np.array_equal(*boundaries) and all(map(_same_solid, first.solids, second.solids))
+    return _same_boundary(first, second) and all(map(_same_solid, first.solids, second.solids))
+
+
+def _same_boundary(first: World, second: World) -> bool:
+    if first.boundary is None or second.boundary is None:
+        return first.boundary is second.boundary
+    return np.array_equal(first.boundary, second.boundary)
 
 
 def _same_solid(first: Solid, second: Solid) -> bool:

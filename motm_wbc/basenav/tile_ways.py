@@ -156,7 +156,7 @@ def _may_wrap(corners: Array, corner: int, side: int, wx: float, wy: float, radi
     sign = 1.0 if side == LEFT else -1.0
     before = sign * (wx * by - wy * bx) + radius * math.sqrt(bx * bx + by * by)
     after = sign * (wx * ay - wy * ax) + radius * math.sqrt(ax * ax + ay * ay)
-    return before >= -_SLACK and after >= -_SLACK
+    return bool(before >= -_SLACK and after >= -_SLACK)
 
 
 @lean
