@@ -14,7 +14,7 @@ from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.local_planner import Goal
-from motm_wbc.basenav.movers import meets_mover
+from motm_wbc.basenav.movers import half_way, meets_mover
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
@@ -145,12 +145,14 @@ class StaaStar:
             return self._give_up(root, goal)
         left = self._cost_to_go(problem, root, goal)
         arrival = arrival_action(problem, root, solver.parameters)
+        if root.threatened and (arrival is not None or self._will_be_hit(goal, left)):
+            return replace(self._give_up(root, goal), cost_to_go=left)
         if arrival is not None:
             plan = self._answers.once(root, goal, arrival, reached=aim is goal)
             return replace(plan, cost_to_go=left, remedy=remedy)
         way = solver.better(problem, root, kept, began)
-        if way.action < 0:
-            return self._give_up(root, goal, way.effort)
+        if way.action < 0 or (root.threatened and root.stays(way.action)):
+            return replace(self._give_up(root, goal, way.effort), cost_to_go=left)
         reached = way.cost < math.inf and aim is goal
         plan = self._answers.whole(
             root, goal, way.action, way.actions, way.states, reached=reached, effort=way.effort
@@ -172,6 +174,16 @@ class StaaStar:
             return goal
         return Goal(np.array([x + way * c, y + way * s, root.pose[2]]), stop=True)
 
+    def _will_be_hit(self, goal: Goal, left: float) -> bool:
+        """Whether a goal to stop at is near, and something comes by there before long."""
+        horizon, movers = self.parameters.escape_horizon, self._around.movers
+        if not goal.stop or left > horizon:
+            return False
+        place, interval = with_direction(goal.pose), self.parameters.command_period
+        grown = self.parameters.margin + half_way(movers, self._outline, 0.0, 0.0, interval)
+        times = np.arange(left, left + horizon, interval)
+        return any(meets_mover(movers, self._outline, grown, *place, time) for time in times)
+
     def _cost_to_go(self, problem: Problem, root: Root, goal: Goal) -> float:
         """Exact time from the base to its goal [s]."""
         x, y, heading = (float(value) for value in root.pose)
@@ -185,7 +197,7 @@ class StaaStar:
         If something that moves would hit the base then, it drives out of its way instead.
         """
         root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS, self.parameters)
-        if margin < 0.0 or not root.admissible[root.brake]:
+        if margin < 0.0 or root.threatened:
             return self._give_up(root, None)
         return self._answers.once(root, None, root.brake)
 
@@ -230,14 +242,17 @@ class StaaStar:
             omega,
             extra,
         )
+        threatened = False
         if len(self._around.movers.discs):
-            admissible &= self._meets_nothing(pose, v, omega, table)
+            standing, longer = self.parameters.standing, self.parameters.escape_horizon
+            admissible &= self._meets_nothing(pose, v, omega, table, standing)
+            threatened = not self._meets_nothing(pose, v, omega, table[-1:], longer)[0]
         kept = max(margin, 0.0)
-        root = Root(pose, v, omega, residue, kept, table, clear, admissible, rests)
+        root = Root(pose, v, omega, residue, kept, table, clear, admissible, threatened, rests)
         return root, margin if known else -1.0
 
     def _meets_nothing(
-        self, pose: Array, v: float, omega: float, table: Array
+        self, pose: Array, v: float, omega: float, table: Array, standing: float
     ) -> NDArray[np.bool_]:
         """(n,) whether the base can brake and stand after an action, for all that moves."""
         movers, outline, place = self._around.movers, self._outline, with_direction(pose)
@@ -245,7 +260,7 @@ class StaaStar:
         if meets_mover(movers, outline, margin, *place, 0.0):
             margin = 0.0  # inside the margin it may go on, but not be touched
         times = contact_times(
-            self._drive, movers, outline, margin, self.parameters.standing, place, v, omega, table
+            self._drive, movers, outline, margin, standing, place, v, omega, table
         )
         return np.asarray(times == math.inf)
 
@@ -284,8 +299,7 @@ class StaaStar:
 
     def _give_up(self, root: Root, goal: Goal | None, effort: Effort | None = None) -> StaaPlan:
         """Brake; if something that moves would hit the base then, what delays it longest."""
-        stops = root.admissible[root.brake]
-        action = root.brake if stops else self._way_out(root)
+        action = self._way_out(root) if root.threatened else root.brake
         return self._answers.once(root, goal, action, emergency=True, effort=effort)
 
     def _way_out(self, root: Root) -> int:
@@ -308,7 +322,7 @@ class StaaStar:
         except NoPath:
             return
         root.admissible[:] = True
-        self._meets_nothing(pose, 0.0, 0.0, root.table)
+        self._meets_nothing(pose, 0.0, 0.0, root.table, 0.0)
         self._way_out(root)
         turning_place(self._around.edges, self._outline, 0.0, 0.0, 0.0, 0.0)
         arrival_action(problem, root, self.parameters)

@@ -34,7 +34,9 @@ from motm_wbc.basenav.staa_motion import (
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel, lean
 
-_HOLDS = (0.0, 0.3, 0.6, 1.0, 1.5)  # [s] that an escape keeps its action before it brakes
+_HOLDS = (0.0, 0.3, 0.6, 1.0, 1.5)  # [s] that an escape keeps its first action
+_AFTER = (0.0, 1.0, -1.0)  # then: brake, straight ahead, straight back
+_STRAIGHT = 1.5  # [s] for which it drives straight before it brakes
 
 Pose = tuple[float, float, float, float]
 
@@ -119,8 +121,12 @@ def _escape_time(
     omega: float,
     action: Array,
     hold: float,
+    after: float,
 ) -> float:
-    """How long an action, kept for `hold` [s], braking and standing then meet nothing that moves.
+    """How long a way out meets nothing that moves.
+
+    It is an action, kept for `hold` [s]; then straight ahead (`after` 1) or back (-1) for a
+    while, or not (0); then braking and standing.
 
     Returns:
         Time [s], infinite if nothing is met until the horizon; -1 if what rests is in the way.
@@ -133,6 +139,10 @@ def _escape_time(
         if time < hold or time == 0.0:
             v1 = velocity_after(v, action[TARGET_V], action[RATE_V], period)
             w1 = velocity_after(omega, action[TARGET_OMEGA], action[RATE_OMEGA], period)
+        elif after != 0.0 and time < hold + _STRAIGHT:
+            target = drive.v_max if after > 0.0 else -drive.v_reverse
+            v1 = velocity_after(v, target, drive.a_max, period)
+            w1 = velocity_after(omega, 0.0, drive.alpha_max, period)
         else:
             duration = stopping_duration(drive, v, omega)
             left = max(1.0 - period / duration, 0.0) if duration > 0.0 else 0.0
@@ -179,21 +189,23 @@ def escape(
         free: (n,) which of them keep clear of what rests, braking included.
 
     Returns:
-        Its index; of equals the one that is kept shortest, the brake before all others.
+        Its index; of equals the simplest and shortest way out, the brake before all others.
     """
     best = int(table.shape[0]) - 1
     longest = _escape_time(
-        drive, world, movers, outline, margin, horizon, pose, v, omega, table[best], 0.0
+        drive, world, movers, outline, margin, horizon, pose, v, omega, table[best], 0.0, 0.0
     )
-    for hold in _HOLDS:
-        for index in range(table.shape[0] - 1):
-            if longest == math.inf:
-                return best
-            if not free[index]:
-                continue
-            time = _escape_time(
-                drive, world, movers, outline, margin, horizon, pose, v, omega, table[index], hold
-            )
-            if time > longest:
-                best, longest = index, time
+    for after in _AFTER:
+        for hold in _HOLDS:
+            for index in range(table.shape[0] - 1):
+                if longest == math.inf:
+                    return best
+                if not free[index]:
+                    continue
+                time = _escape_time(
+                    drive, world, movers, outline, margin, horizon, pose, v, omega,
+                    table[index], hold, after,
+                )  # fmt: skip
+                if time > longest:
+                    best, longest = index, time
     return best

@@ -53,8 +53,9 @@ class StaaParameters(Data):
     standing: Annotated[float, Field(ge=0.0, le=10.0)] = 2.0
     """How long the base must be able to stand, having braked after any command, before an
     obstacle that moves meets it [s]."""
-    escape_horizon: Annotated[float, Field(gt=0.0, le=10.0)] = 4.0
-    """How far ahead ways out are looked for where no command is safe [s]."""
+    escape_horizon: Annotated[float, Field(gt=0.0, le=10.0)] = 5.0
+    """How long before something would hit the standing base a way out is taken [s]; also how
+    far ahead ways out are looked at."""
     goal_distance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.10
     """How near to the goal's position counts as there [m]."""
     goal_angle: Annotated[float, Field(gt=0.0, le=3.2)] = 0.35
