@@ -50,7 +50,7 @@ class StaaParameters(Data):
     """Least share of the proximity weight that remains at the goal."""
     moving_weight: Annotated[float, Field(ge=0.0, le=100.0)] = 0.2
     """Cost of one step next to an obstacle that moves; it falls to 0 within 1 m [s]."""
-    standing: Annotated[float, Field(ge=0.0, le=10.0)] = 2.0
+    standing: Annotated[float, Field(ge=0.0, le=10.0)] = 3.0
     """How long the base must be able to stand, having braked after any command, before an
     obstacle that moves meets it [s]."""
     escape_horizon: Annotated[float, Field(gt=0.0, le=10.0)] = 5.0
