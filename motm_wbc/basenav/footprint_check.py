@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 _TILE = 0.25  # [m]
 _MAX_TILES = 1_000_000  # a larger world gets larger tiles
@@ -34,11 +34,23 @@ class Outline(NamedTuple):
         normals: (m, 2) outward unit normals.
         offsets: (m,) b [m].
         radius: distance from the base's origin to the farthest corner [m].
+        inner: distance from the base's origin to the nearest side [m].
+        front: largest x of a corner [m].
+        back: least x [m].
+        left: largest y [m].
+        right: least y [m].
+        stretch: how far x and y of a corner move for each metre of margin, at most.
     """
 
     normals: Array
     offsets: Array
     radius: float
+    inner: float
+    front: float
+    back: float
+    left: float
+    right: float
+    stretch: float
 
 
 class EdgeMap(NamedTuple):
@@ -76,12 +88,22 @@ def outline_of(footprint: Array) -> Outline:
     normals = np.column_stack([sides[:, 1], -sides[:, 0]]) / lengths[lengths > 0.0, None]
     offsets = np.einsum("ij,ij->i", normals, corners)
     radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-    return Outline(np.ascontiguousarray(normals), offsets, radius)
+    (front, left), (back, right) = corners.max(axis=0).tolist(), corners.min(axis=0).tolist()
+    inner = max(float(offsets.min()), 0.0)
+    stretch = float(np.abs(_corners(normals, offsets + 1.0) - _corners(normals, offsets)).max())
+    return Outline(
+        np.ascontiguousarray(normals), offsets, radius, inner, front, back, left, right, stretch
+    )
 
 
 def grown_corners(outline: Outline, margin: float) -> Array:
     """(m, 2) corners of the outline with its sides moved outward by `margin` [m]."""
-    n, b = outline.normals, outline.offsets + margin
+    return _corners(outline.normals, outline.offsets + margin)
+
+
+def _corners(normals: Array, offsets: Array) -> Array:
+    """(m, 2) where neighbouring sides n . p = b meet [m]."""
+    n, b = normals, offsets
     m, c = np.roll(n, -1, axis=0), np.roll(b, -1)
     cross = n[:, 0] * m[:, 1] - n[:, 1] * m[:, 0]
     keep = np.abs(cross) > 1e-9  # parallel neighbours share no corner
@@ -117,7 +139,7 @@ def edge_map(rings: Sequence[Array], bounded: bool, reach: float) -> EdgeMap:
     return EdgeMap(x0, y0, tile, columns, rows, starts, filed, windings, outside)
 
 
-@kernel
+@lean
 def squared_distance(px: float, py: float, x1: float, y1: float, x2: float, y2: float) -> float:
     """Squared distance from a point to a segment [m^2]."""
     dx, dy = x2 - x1, y2 - y1
@@ -201,9 +223,14 @@ def _winding_numbers(
     return windings
 
 
-@kernel
-def _enters(outline: Outline, margin: float, x1: float, y1: float, x2: float, y2: float) -> bool:
+@lean
+def enters(outline: Outline, margin: float, x1: float, y1: float, x2: float, y2: float) -> bool:
     """Whether a segment, in the base frame, has points inside the grown outline."""
+    grown = outline.stretch * margin
+    if max(x1, x2) < outline.back - grown or min(x1, x2) > outline.front + grown:
+        return False
+    if max(y1, y2) < outline.right - grown or min(y1, y2) > outline.left + grown:
+        return False
     dx, dy = x2 - x1, y2 - y1
     first, last = 0.0, 1.0
     for i in range(outline.offsets.shape[0]):
@@ -221,7 +248,7 @@ def _enters(outline: Outline, margin: float, x1: float, y1: float, x2: float, y2
     return True
 
 
-@kernel
+@lean
 def _crossing(rx: float, ry: float, x: float, y: float, edge: Array) -> int:
     """Change of the winding number where the way from r to (x, y) crosses an edge."""
     x1, y1, x2, y2 = edge[0], edge[1], edge[2], edge[3]
@@ -236,7 +263,7 @@ def _crossing(rx: float, ry: float, x: float, y: float, edge: Array) -> int:
     return 1 if after else -1
 
 
-@kernel
+@lean
 def is_clear(
     world: EdgeMap, outline: Outline, x: float, y: float, c: float, s: float, margin: float
 ) -> bool:
@@ -257,7 +284,7 @@ def is_clear(
         edge = world.edges[e]
         ax, ay = edge[0] - x, edge[1] - y
         bx, by = edge[2] - x, edge[3] - y
-        if _enters(
+        if enters(
             outline, margin, c * ax + s * ay, c * ay - s * ax, c * bx + s * by, c * by - s * bx
         ):
             return False

@@ -27,7 +27,7 @@ from motm_wbc.basenav.visibility import (
 )
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 # columns of GoalField.goals
 HEADING, EXTRA = 2, 3
@@ -56,7 +56,7 @@ class GoalField(NamedTuple):
     speeds: Speeds
 
 
-@kernel
+@lean
 def by_chain(
     chain_start: Indices,
     exit_turn: Array,
@@ -74,7 +74,7 @@ def by_chain(
     return float(exit_cost[k, gear] + abs(exit_turn[k] - turn) / turning)
 
 
-@kernel
+@lean
 def _by_corner(
     corners: Array,
     chain_start: Indices,
@@ -102,7 +102,7 @@ def _by_corner(
     return ahead, FORWARD
 
 
-@kernel
+@lean
 def _straight(
     goals: Array, speeds: Speeds, goal: int, x: float, y: float, heading: float
 ) -> tuple[float, int]:
@@ -115,7 +115,7 @@ def _straight(
     return min(ahead, back) + goals[goal, EXTRA], gear
 
 
-@kernel
+@lean
 def _add_corners(
     corners: Array,
     links: Indices,

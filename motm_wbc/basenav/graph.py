@@ -20,7 +20,7 @@ import numpy as np
 from motm_wbc.basenav.visibility import LEFT, NEITHER, RIGHT, line_of_sight, tangent_side
 from motm_wbc.basenav.walls import INCOMING, TOUCH, TURN, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 _FEW = 256
 
@@ -43,7 +43,7 @@ class TangentGraph(NamedTuple):
     length: Array
 
 
-@kernel
+@lean
 def chain_turn(corners: Array, corner: int, side: int, angle: float) -> float:
     """Coordinate on a chain of a path's direction `angle` [rad]; grows as the path bends."""
     turned = float(angle - corners[corner, INCOMING])

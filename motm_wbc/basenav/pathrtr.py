@@ -23,7 +23,7 @@ from typing import NamedTuple
 from motm_wbc.basenav.walls import TOUCH
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import lean
 
 FORWARD, BACKWARD = 0, 1
 
@@ -91,7 +91,7 @@ def _directions(points: Array) -> tuple[list[float], float]:
     return directions, length
 
 
-@kernel
+@lean
 def turn_between(first: float, second: float) -> float:
     """|second - first| wrapped to [0, pi] [rad]; zero if one of them is NaN, i.e. free."""
     turned = abs(second - first)
@@ -102,7 +102,7 @@ def turn_between(first: float, second: float) -> float:
     return 0.0 if math.isnan(turned) else turned
 
 
-@kernel
+@lean
 def end_turn(direction: float, heading: float, gear: int) -> float:
     """Turn between a heading and the path at one of its ends [rad], in the given gear."""
     if math.isnan(heading):
@@ -111,7 +111,7 @@ def end_turn(direction: float, heading: float, gear: int) -> float:
     return math.pi - turned if gear == BACKWARD else turned
 
 
-@kernel
+@lean
 def direct_time(
     dx: float, dy: float, start: float, goal: float, speeds: Speeds, gear: int
 ) -> float:

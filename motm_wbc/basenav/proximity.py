@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import Outline, grown_corners, squared_distance
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 _DILATED = 0.4  # share of the radius that is dilation; the rest is blur
 _SAMPLE_SPACING = 0.12  # [m] on the outline, below half the way on which the value falls
@@ -174,7 +174,7 @@ def _box_blurred(grid: Array, cells: int) -> Array:
     return result
 
 
-@kernel
+@lean
 def largest_under(
     grid: ProximityGrid, samples: Array, x: float, y: float, c: float, s: float
 ) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from motm_wbc.basenav.graph import TangentGraph
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 SAME_TURN = 1e-8
 """Directions nearer than this are one direction [rad]: a path may turn back by it."""
@@ -25,7 +25,7 @@ FIRST_GOAL = -2
 """Successor `FIRST_GOAL - k` is the goal tangent k."""
 
 
-@kernel
+@lean
 def first_from(turn: Array, begin: int, end: int, value: float) -> int:
     """First index in [begin, end) of ascending `turn` with turn >= value - SAME_TURN."""
     low, high = begin, end

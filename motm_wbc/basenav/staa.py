@@ -4,66 +4,53 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motm_wbc.basenav.footprint_check import edge_map, grown_corners, outline_of
+from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
+from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.local_planner import Goal
+from motm_wbc.basenav.movers import half_way, meets_mover
 from motm_wbc.basenav.planner import GlobalPlanner
-from motm_wbc.basenav.proximity import ProximityGrid, proximity_grid, rings_of, sample_outline
+from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
-from motm_wbc.basenav.staa_admissible import (
-    ACCELERATION,
-    ALPHA,
-    Keep,
-    executed,
-    first_actions,
-    margin_left,
-)
-from motm_wbc.basenav.staa_follow import follow, remaining_actions
-from motm_wbc.basenav.staa_goal import remaining_error
-from motm_wbc.basenav.staa_kernel import actions_to, advance, start
-from motm_wbc.basenav.staa_motion import braking_rates, drive_of, stopping_duration, stopping_span
+from motm_wbc.basenav.staa_admissible import Keep, first_actions, margin_left
+from motm_wbc.basenav.staa_answer import Answers
+from motm_wbc.basenav.staa_arrival import arrival_action
+from motm_wbc.basenav.staa_escape import contact_times, escape
+from motm_wbc.basenav.staa_follow import remaining_actions
+from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import Effort, StaaPlan
+from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
-from motm_wbc.basenav.staa_search import (
-    BEST,
-    CHILDREN,
-    EXPANSIONS,
-    GOAL,
-    OMEGA,
-    ROOT,
-    Problem,
-    V,
-    memory_for,
-)
+from motm_wbc.basenav.staa_search import Problem
+from motm_wbc.basenav.staa_solver import Solver
+from motm_wbc.basenav.staa_surroundings import Surroundings
+from motm_wbc.basenav.turning_place import turning_place
 from motm_wbc.basenav.window import local_target
 from motm_wbc.basenav.world import World
 from motm_wbc.errors import NoPath
-from motm_wbc.geometry import se2
-from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 __all__ = ["Goal", "StaaPlan", "StaaStar"]
 
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
-_CHUNK = 50  # expansions between two looks at the clock
-_GRID_STEP = 2.0  # [m] by which the proximity grid is moved
-_ARC_SPACING = 0.03  # [m] between reported poses of a braking arc
 _NO_ACTIONS = np.zeros((0, 5))
+_WIDE = {"linear_actions": 5, "angular_actions": 7, "expansions": 1200}
 
 
 class StaaStar:
     """Modified STAA* (Missura et al. 2109.07775, with the changes of 2305.08351).
 
     Attributes:
-        world: the obstacles.
         limits: speed and acceleration limits of the base.
         parameters: see `StaaParameters`.
-        planner: the global planner whose cost-to-go guides the search.
     """
 
     def __init__(
@@ -88,21 +75,33 @@ class StaaStar:
         """
         check_inputs(footprint, limits)
         p = parameters
-        self.world = world
         self.limits = limits
         self.parameters = parameters
-        self.planner = planner
         self._outline = outline_of(footprint)
-        corners = grown_corners(self._outline, p.margin)
-        reach = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-        self._edges = edge_map(world.rings, world.bounded, reach)
-        self._rings = rings_of(world.rings, world.bounded)
+        self._around = Surroundings(world, self._outline, parameters, planner)
         self._samples = sample_outline(self._outline)
-        self._grid: ProximityGrid | None = None
-        self._grid_centre = (math.nan, math.nan)
         self._drive = drive_of(limits, p.step, p.command_period, p.ramp_steps)
-        self._memory = memory_for(p.expansions, p.linear_actions, p.angular_actions, p.checks)
+        self._answers = Answers(self._drive, limits, self._outline.radius)
+        self._solver = Solver(p, self._answers)
         self._compile()
+
+    @property
+    def world(self) -> World:
+        """The obstacles, as seen last."""
+        return self._around.world
+
+    @property
+    def planner(self) -> GlobalPlanner:
+        """The global planner whose cost-to-go guides the search: without what moves."""
+        return self._around.planner
+
+    def update(self, world: World) -> None:
+        """Take the world as it is seen now; call it at each step if something moves.
+
+        Only what has changed is computed anew: where only moving obstacles have moved, that
+        is next to nothing.
+        """
+        self._around.update(world)
 
     def plan(
         self,
@@ -114,6 +113,7 @@ class StaaStar:
         keep_in: ReachRegion | None = None,
         object_xy: Array | None = None,
         previous: StaaPlan | None = None,
+        remedy: Remedy = Remedy.NONE,
     ) -> StaaPlan:
         """What to do in the next command period. Never raises.
 
@@ -129,28 +129,77 @@ class StaaStar:
             previous: the plan of one command period ago, if it was obeyed. Where it led to
                 the same goal, it is gone on with unless the search finds a cheaper one: so
                 the time that is left never grows from plan to plan.
+            remedy: what to try, if the base is stuck (see `ProgressMonitor`).
         """
         began = time.thread_time()
-        kept = self._what_is_left(previous, goal)
-        root, margin = self._root(pose, v, omega, keep_of(keep_in, object_xy), kept[:1])
-        if margin < 0.0 or not np.isfinite(goal.pose).all():
-            return self._brake(root, goal, emergency=True)
+        solver = self._solver if remedy == Remedy.NONE else self._wide_solver
+        kept = self._what_is_left(previous, goal) if remedy == Remedy.NONE else _NO_ACTIONS
+        keep = keep_of(keep_in, object_xy)
+        root, margin = self._root(pose, v, omega, keep, kept[:1], solver.parameters)
+        if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
+            return self._give_up(root, goal)
+        aim = self._turning_goal(root, goal) if remedy == Remedy.TURNING_PLACE else goal
         try:
-            problem = self._problem(root.pose, goal, margin)
+            problem = self._problem(root.pose, aim, margin)
         except NoPath:
-            return self._brake(root, goal, emergency=True)
-        if problem.stop:
-            docking = self._docking_action(problem, root)
-            if docking is not None:
-                return self._answer(root, goal, docking, reached=True)
-        elif self._is_past(root, problem.goal):
-            return self._answer(root, goal, self._holding_action(root), reached=True)
-        return self._best_plan(problem, root, goal, kept, began)
+            return self._give_up(root, goal)
+        left = self._cost_to_go(problem, root, goal)
+        arrival = arrival_action(problem, root, solver.parameters)
+        if root.threatened and (arrival is not None or self._will_be_hit(goal, left)):
+            return replace(self._give_up(root, goal), cost_to_go=left)
+        if arrival is not None:
+            plan = self._answers.once(root, goal, arrival, reached=aim is goal)
+            return replace(plan, cost_to_go=left, remedy=remedy)
+        way = solver.better(problem, root, kept, began)
+        if way.action < 0 or (root.threatened and root.stays(way.action)):
+            return replace(self._give_up(root, goal, way.effort), cost_to_go=left)
+        reached = way.cost < math.inf and aim is goal
+        plan = self._answers.whole(
+            root, goal, way.action, way.actions, way.states, reached=reached, effort=way.effort
+        )
+        return replace(plan, cost_to_go=left, remedy=remedy)
+
+    @cached_property
+    def _wide_solver(self) -> Solver:
+        """For a base that is stuck; more than fits in a step, if that were all of them."""
+        return Solver(self.parameters.model_copy(update=_WIDE), self._answers)
+
+    def _turning_goal(self, root: Root, goal: Goal) -> Goal:
+        """The nearest place where the base can turn on the spot, unless it is there."""
+        x, y, c, s = with_direction(root.pose)
+        way = turning_place(
+            self._around.edges, self._outline, x, y, float(root.pose[2]), root.margin
+        )
+        if math.isnan(way) or abs(way) < self.parameters.goal_distance:
+            return goal
+        return Goal(np.array([x + way * c, y + way * s, root.pose[2]]), stop=True)
+
+    def _will_be_hit(self, goal: Goal, left: float) -> bool:
+        """Whether a goal to stop at is near, and something comes by there before long."""
+        horizon, movers = self.parameters.escape_horizon, self._around.movers
+        if not goal.stop or left > horizon:
+            return False
+        place, interval = with_direction(goal.pose), self.parameters.command_period
+        grown = self.parameters.margin + half_way(movers, self._outline, 0.0, 0.0, interval)
+        times = np.arange(left, left + horizon, interval)
+        return any(meets_mover(movers, self._outline, grown, *place, time) for time in times)
+
+    def _cost_to_go(self, problem: Problem, root: Root, goal: Goal) -> float:
+        """Exact time from the base to its goal [s]."""
+        x, y, heading = (float(value) for value in root.pose)
+        if np.array_equal(problem.goal, goal.pose):
+            return float(tiled_cost_to_go(problem.tiles, x, y, heading))
+        return float(cost_to_go(self.planner.goal_field(goal.pose), x, y, heading))
 
     def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
-        """Come to rest on the present arc, as fast as the limits allow."""
-        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS)
-        return self._brake(root, None, emergency=margin < 0.0)
+        """Come to rest on the present arc, as fast as the limits allow.
+
+        If something that moves would hit the base then, it drives out of its way instead.
+        """
+        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS, self.parameters)
+        if margin < 0.0 or root.threatened:
+            return self._give_up(root, None)
+        return self._answers.once(root, None, root.brake)
 
     def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
         """(k, 5) actions of a plan that led to the same goal, after one period of it."""
@@ -160,10 +209,15 @@ class StaaStar:
         return remaining_actions(previous.actions, self._drive.period) if same else _NO_ACTIONS
 
     def _root(
-        self, pose: Array, v: float, omega: float, keep: Keep, extra: Array
+        self,
+        pose: Array,
+        v: float,
+        omega: float,
+        keep: Keep,
+        extra: Array,
+        p: StaaParameters,
     ) -> tuple[Root, float]:
         """First actions, and the distance that can be kept; negative: the way is blocked."""
-        p = self.parameters
         pose = np.array(pose, dtype=float)
         known = bool(np.isfinite(pose).all() and math.isfinite(v) and math.isfinite(omega))
         if not known:  # nothing can be said of such a state but that the base should stand
@@ -171,12 +225,13 @@ class StaaStar:
         v, omega = self.limits.clip(float(v), float(omega))
         residue = tuple(speed if abs(speed) < _AT_REST else 0.0 for speed in (v, omega))
         v, omega = v - residue[0], omega - residue[1]
+        edges = self._around.edges
         margin = margin_left(
-            self._drive, self._edges, self._outline, p.margin, with_direction(pose), v, omega
+            self._drive, edges, self._outline, p.margin, with_direction(pose), v, omega
         )
-        table, admissible, rests = first_actions(
+        table, clear, admissible, rests = first_actions(
             self._drive,
-            self._edges,
+            edges,
             self._outline,
             keep,
             p.linear_actions,
@@ -187,7 +242,27 @@ class StaaStar:
             omega,
             extra,
         )
-        return Root(pose, v, omega, residue, table, admissible, rests), margin if known else -1.0
+        threatened = False
+        if len(self._around.movers.discs):
+            standing, longer = self.parameters.standing, self.parameters.escape_horizon
+            admissible &= self._meets_nothing(pose, v, omega, table, standing)
+            threatened = not self._meets_nothing(pose, v, omega, table[-1:], longer)[0]
+        kept = max(margin, 0.0)
+        root = Root(pose, v, omega, residue, kept, table, clear, admissible, threatened, rests)
+        return root, margin if known else -1.0
+
+    def _meets_nothing(
+        self, pose: Array, v: float, omega: float, table: Array, standing: float
+    ) -> NDArray[np.bool_]:
+        """(n,) whether the base can brake and stand after an action, for all that moves."""
+        movers, outline, place = self._around.movers, self._outline, with_direction(pose)
+        margin = self.parameters.margin
+        if meets_mover(movers, outline, margin, *place, 0.0):
+            margin = 0.0  # inside the margin it may go on, but not be touched
+        times = contact_times(
+            self._drive, movers, outline, margin, standing, place, v, omega, table
+        )
+        return np.asarray(times == math.inf)
 
     def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
         p = self.parameters
@@ -195,16 +270,18 @@ class StaaStar:
         if p.local_target == "window":
             target, is_goal = local_target(self.planner, pose, target, p.window, p.window_ahead)
             stop = stop and is_goal
-        field = self.planner.goal_field(target)
-        ahead = cost_to_go(field, float(pose[0]), float(pose[1]), float(pose[2]))
+        tiles = self._around.tiles_about(pose, target)
+        ahead = tiled_cost_to_go(tiles, float(pose[0]), float(pose[1]), float(pose[2]))
         share = max(p.proximity_floor, min(ahead / p.proximity_horizon, 1.0))
         return Problem(
             drive=self._drive,
-            world=self._edges,
+            world=self._around.edges,
             outline=self._outline,
-            grid=self._grid_about(pose),
+            grid=self._around.grid_about(pose),
             samples=self._samples,
-            field=field,
+            tiles=tiles,
+            movers=self._around.movers,
+            moving=p.moving_weight,
             start=np.array(with_direction(pose)),
             goal=target,
             stop=stop,
@@ -220,182 +297,33 @@ class StaaStar:
             window_ahead=p.window_ahead,
         )
 
-    def _grid_about(self, pose: Array) -> ProximityGrid:
-        """The nearness of obstacles about the base; moved in large steps only."""
-        p = self.parameters
-        x, y = (_GRID_STEP * round(float(value) / _GRID_STEP) for value in pose[:2])
-        if self._grid is None or (x, y) != self._grid_centre:
-            seen = math.hypot(0.5 * p.window + p.window_ahead, 0.5 * p.window)
-            half = seen + self._outline.radius + _GRID_STEP
-            self._grid = proximity_grid(
-                self._rings, (x, y), half, p.cell, p.proximity_radius, self._outline.radius
+    def _give_up(self, root: Root, goal: Goal | None, effort: Effort | None = None) -> StaaPlan:
+        """Brake; if something that moves would hit the base then, what delays it longest."""
+        action = self._way_out(root) if root.threatened else root.brake
+        return self._answers.once(root, goal, action, emergency=True, effort=effort)
+
+    def _way_out(self, root: Root) -> int:
+        """What delays a contact with something that moves longest."""
+        edges, movers, outline = self._around.edges, self._around.movers, self._outline
+        pose, horizon = with_direction(root.pose), self.parameters.escape_horizon
+        return int(
+            escape(
+                self._drive, edges, movers, outline, root.margin, horizon, pose, root.v, root.omega,
+                root.table, root.clear,
             )
-            self._grid_centre = (x, y)
-        return self._grid
-
-    def _best_plan(
-        self, problem: Problem, root: Root, goal: Goal, kept: Array, began: float
-    ) -> StaaPlan:
-        """The better of a new plan and what is left of the previous one."""
-        action, actions, effort = self._search(problem, root, began)
-        states, cost = self._follow(problem, root, actions)
-        if len(kept) and root.admissible[root.brake - 1]:
-            kept_states, kept_cost = self._follow(problem, root, kept)
-            if kept_cost < math.inf and kept_cost <= cost:
-                action, actions, states, cost = root.brake - 1, kept, kept_states, kept_cost
-        if action < 0:
-            return self._brake(root, goal, emergency=True, effort=effort)
-        return self._answer(root, goal, action, actions, states, cost < math.inf, effort=effort)
-
-    def _search(self, problem: Problem, root: Root, began: float) -> tuple[int, Array, Effort]:
-        """Search until the goal, the number of expansions or the clock ends it.
-
-        Returns:
-            Index of the first action, -1 if there is none; (k, 5) actions; effort.
-        """
-        memory, p = self._memory, self.parameters
-        start(problem, memory, root.pose[2], root.v, root.omega, root.table, root.admissible)
-        done, fired, until = False, False, 1
-        while not (done or fired) and until < p.expansions:
-            until = min(until + _CHUNK, p.expansions)
-            done = advance(problem, memory, until)
-            fired = not done and time.thread_time() - began > p.clock_guard
-        counters = memory.counters
-        effort = Effort(int(counters[EXPANSIONS]), int(counters[CHILDREN]), fired)
-        leaf = int(counters[GOAL if counters[GOAL] >= 0 else BEST])
-        if leaf < 0:
-            return -1, _NO_ACTIONS, effort
-        actions = actions_to(problem, memory, leaf, root.table)
-        if problem.stop and counters[GOAL] >= 0:
-            actions = self._with_braking(actions, *memory.nodes[leaf, V : OMEGA + 1])
-        return int(memory.links[leaf, ROOT]), actions, effort
-
-    def _follow(self, problem: Problem, root: Root, actions: Array) -> tuple[Array, float]:
-        return follow(problem, root.pose[2], root.v, root.omega, actions, self.parameters.checks)
-
-    def _docking_action(self, problem: Problem, root: Root) -> int | None:
-        """What to do if braking now would end at the goal: brake, or come nearer first.
-
-        The step of the search is too coarse to stop at a point; here commands are compared
-        by the error that is left when the base brakes after them. At rest it stays.
-        """
-        x, y, heading = (float(value) for value in root.pose)
-        error, duration = remaining_error(problem, 1.0, x, y, heading, root.v, root.omega)
-        if math.isinf(error):
-            return None
-        best, least = root.brake, problem.docking * error + duration
-        if root.v == 0.0 and root.omega == 0.0:
-            return best
-        period = self._drive.period
-        for index in np.flatnonzero(root.admissible[:-1]):
-            x, y, heading = (float(value) for value in root.rests[index])
-            error, _ = remaining_error(problem, 1.0, x, y, heading, 0.0, 0.0)
-            a, alpha = root.table[index, ACCELERATION], root.table[index, ALPHA]
-            after = stopping_duration(self._drive, root.v + a * period, root.omega + alpha * period)
-            cost = problem.docking * error + period + after
-            if cost < least:
-                best, least = int(index), cost
-        return best
-
-    def _is_past(self, root: Root, goal: Array) -> bool:
-        """Whether a goal to be driven through is within tolerance and no longer ahead."""
-        p = self.parameters
-        offset = goal[:2] - root.pose[:2]
-        if math.hypot(*offset) > p.goal_distance:
-            return False
-        if abs(wrap(goal[2] - root.pose[2])) > p.goal_angle:
-            return False
-        direction = np.array([math.cos(root.pose[2]), math.sin(root.pose[2])])
-        return float(offset @ direction) * (1.0 if root.v >= 0.0 else -1.0) <= 0.0
-
-    def _holding_action(self, root: Root) -> int:
-        """Keep the velocity, if that is safe: a goal driven through is no reason to slow."""
-        p = self.parameters
-        hold = (p.linear_actions // 2) * p.angular_actions + p.angular_actions // 2
-        return hold if root.admissible[hold] else root.brake
-
-    def _brake(
-        self, root: Root, goal: Goal | None, emergency: bool, effort: Effort | None = None
-    ) -> StaaPlan:
-        return self._answer(root, goal, root.brake, emergency=emergency, effort=effort)
-
-    def _answer(
-        self,
-        root: Root,
-        goal: Goal | None,
-        action: int,
-        actions: Array | None = None,
-        states: Array | None = None,
-        reached: bool = False,
-        *,
-        emergency: bool = False,
-        effort: Effort | None = None,
-    ) -> StaaPlan:
-        """The plan that begins with an action; without any more of it, it ends by braking."""
-        row, limits = root.table[action], self.limits
-        period = self._drive.period
-        a = _within(float(row[ACCELERATION]), limits.a_max)
-        alpha = _within(float(row[ALPHA]), limits.alpha_max)
-        x, y, c, s = executed(self._drive, with_direction(root.pose), root.v, root.omega, a, alpha)
-        v, omega = root.v + a * period, root.omega + alpha * period
-        after = np.array([period, x, y, math.atan2(s, c), v, omega])
-        braking = self._braking_states(after)
-        if actions is None or states is None:
-            once = np.array([[*row[:ACCELERATION], period]])
-            actions = self._with_braking(once, v, omega)
-            states = np.vstack([[0.0, *root.pose, root.v, root.omega], braking])
-        return StaaPlan(
-            acceleration=(
-                _within(a - root.residue[0] / period, limits.a_max),
-                _within(alpha - root.residue[1] / period, limits.alpha_max),
-            ),
-            poses=states[:, :4],
-            velocities=states[:, 4:],
-            reached=reached,
-            braking=braking[:, 1:4],
-            actions=actions,
-            goal=goal,
-            emergency=emergency,
-            effort=effort or Effort(),
-        )
-
-    def _with_braking(self, actions: Array, v: float, omega: float) -> Array:
-        """(k, 5) actions, extended by braking to rest from (v, omega)."""
-        duration = stopping_duration(self._drive, v, omega)
-        if duration == 0.0:
-            return actions
-        rates = braking_rates(self._drive, v, omega)
-        return np.vstack(
-            [actions, [rates[0], 0.0, rates[1], 0.0, max(duration, self._drive.period)]]
-        )
-
-    def _braking_states(self, state: Array) -> Array:
-        """(b, 6) time, pose and velocity while the base brakes to rest on its circle."""
-        when, pose, (v, omega) = state[0], state[1:4], state[4:]
-        duration = stopping_duration(self._drive, v, omega)
-        span = stopping_span(self._drive, v, omega)
-        way = max(abs(v), abs(omega) * self._outline.radius) * span
-        count = max(1, math.ceil(way / _ARC_SPACING)) if duration > 0.0 else 0
-        states = np.empty((count + 1, 6))
-        for k in range(count + 1):
-            share = k / count if count else 0.0  # of the way; the speed falls with its root
-            left = math.sqrt(1.0 - share)
-            reached = se2.integrate_twist(pose, v, 0.0, omega, share * span)
-            states[k] = [when + (1.0 - left) * duration, *reached, left * v, left * omega]
-        return states
+        )  # fmt: skip
 
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
         pose = np.zeros(3)
-        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
+        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS, self.parameters)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
         except NoPath:
             return
         root.admissible[:] = True
-        self._docking_action(problem, root)
-        self._follow(problem, root, self._search(problem, root, time.thread_time())[1])
-
-
-def _within(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
+        self._meets_nothing(pose, 0.0, 0.0, root.table, 0.0)
+        self._way_out(root)
+        turning_place(self._around.edges, self._outline, 0.0, 0.0, 0.0, 0.0)
+        arrival_action(problem, root, self.parameters)
+        self._solver.better(problem, root, _NO_ACTIONS, time.thread_time())

@@ -24,7 +24,7 @@ from motm_wbc.basenav.staa_motion import (
     wrapped,
 )
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 RATE_V, TARGET_V, RATE_OMEGA, TARGET_OMEGA, ACCELERATION, ALPHA = range(6)
 """Columns of the table of first actions."""
@@ -56,7 +56,7 @@ class Keep(NamedTuple):
     object_y: float
 
 
-@kernel
+@lean
 def in_reach(keep: Keep, inset: float, x: float, y: float, c: float, s: float) -> bool:
     """Whether the object is in the arm's range, less `inset` [m and rad], at this pose."""
     radius = keep.radius - inset
@@ -67,7 +67,7 @@ def in_reach(keep: Keep, inset: float, x: float, y: float, c: float, s: float) -
     return abs(math.atan2(c * dy - s * dx, c * dx + s * dy)) <= keep.bearing - inset
 
 
-@kernel
+@lean
 def check_spacing(margin: float) -> float:
     """Distance between checked poses that no point can slip through [m].
 
@@ -77,7 +77,7 @@ def check_spacing(margin: float) -> float:
     return max(1.9 * margin, _FINEST)
 
 
-@kernel
+@lean
 def arc_is_clear(
     world: EdgeMap,
     outline: Outline,
@@ -98,7 +98,7 @@ def arc_is_clear(
     return True
 
 
-@kernel
+@lean
 def margin_left(
     drive: Drive,
     world: EdgeMap,
@@ -131,7 +131,7 @@ def margin_left(
     return kept
 
 
-@kernel
+@lean
 def executed(
     drive: Drive,
     pose: tuple[float, float, float, float],
@@ -149,7 +149,7 @@ def executed(
     return x, y, c, s
 
 
-@kernel
+@lean
 def first_action(
     drive: Drive,
     linear: int,
@@ -199,7 +199,7 @@ def first_actions(
     v: float,
     omega: float,
     extra: Array,
-) -> tuple[Array, NDArray[np.bool_], Array]:
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array]:
     """All first actions, and which of them are admissible.
 
     Args:
@@ -217,11 +217,13 @@ def first_actions(
         extra: (m, >= 4) further actions: rate and target of v and of omega.
 
     Returns:
-        (n, 6) actions: the grid, the further ones, the brake; (n,) admissible; (n, 3)
-        poses at rest after the command and braking.
+        (n, 6) actions: the grid, the further ones, the brake; (n,) free of overlap; (n,)
+        admissible: kept in the region as well; (n, 3) poses at rest after the command and
+        braking.
     """
     count = linear * angular + extra.shape[0] + 1
     table = np.empty((count, 6))
+    clear = np.zeros(count, dtype=np.bool_)
     admissible = np.zeros(count, dtype=np.bool_)
     rests = np.empty((count, 3))
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -233,16 +235,16 @@ def first_actions(
         a, alpha = row[ACCELERATION], row[ALPHA]
         is_brake = index == count - 1
         free, rest = _outcome(drive, world, outline, margin, is_brake, pose, v, omega, a, alpha)
-        admissible[index] = free
+        clear[index] = admissible[index] = free
         for axis in range(3):
             rests[index, axis] = rest[axis]
         if binds and not is_brake:
             c, s = math.cos(rest[2]), math.sin(rest[2])
             admissible[index] = free and in_reach(keep, _INSET, rest[0], rest[1], c, s)
-    return table, admissible, rests
+    return table, clear, admissible, rests
 
 
-@kernel
+@lean
 def _outcome(
     drive: Drive,
     world: EdgeMap,
@@ -272,7 +274,7 @@ def _outcome(
     return free, rest
 
 
-@kernel
+@lean
 def _command_is_clear(
     drive: Drive,
     world: EdgeMap,

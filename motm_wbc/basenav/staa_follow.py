@@ -7,13 +7,14 @@ import math
 import numpy as np
 
 from motm_wbc.basenav.footprint_check import is_clear
+from motm_wbc.basenav.movers import half_way, meets_mover, nearness_of_movers
 from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
 from motm_wbc.basenav.staa_goal import passes_goal, remaining_error
 from motm_wbc.basenav.staa_motion import arc, travel, velocity_after, wrapped
 from motm_wbc.basenav.staa_search import Problem
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 DURATION = 4
 """Column of a plan's actions that follows rate and target of v and of omega."""
@@ -66,7 +67,9 @@ def follow(
             return states[:count], cost + last[0] + problem.weight * error
         c, s = math.cos(last[3]), math.sin(last[3])
         near = largest_under(problem.grid, problem.samples, last[1], last[2], c, s)
-        cost += problem.proximity * near * actions[k, DURATION] / step
+        beside = nearness_of_movers(problem.movers, problem.outline, last[1], last[2], last[0])
+        price = problem.proximity * near + problem.moving * beside
+        cost += price * actions[k, DURATION] / step
     if not problem.stop:
         return states[:count], math.inf
     last = states[count - 1]
@@ -74,7 +77,7 @@ def follow(
     return states[:count], cost + last[0] + rest + problem.docking * error
 
 
-@kernel
+@lean
 def _parts(duration: float, spacing: float) -> int:
     return max(math.ceil(duration / spacing - _STILL), 1)
 
@@ -95,8 +98,13 @@ def _follow_action(
         px, py, before = x, y, heading
         x, y, c, s = arc(x, y, c, s, ways - way, turns - turned)
         heading += turns - turned
+        grown = problem.margin + half_way(
+            problem.movers, problem.outline, ways - way, turns - turned, spacing
+        )
         way, turned = ways, turns
         if not is_clear(problem.world, problem.outline, x, y, c, s, problem.margin):
+            return count, _COLLISION
+        if meets_mover(problem.movers, problem.outline, grown, x, y, c, s, time + at):
             return count, _COLLISION
         state = states[count]
         count += 1

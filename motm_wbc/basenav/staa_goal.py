@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 
-from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span, wrapped
 from motm_wbc.basenav.staa_search import Problem
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import lean
 
 _STILL = 1e-3  # [m] way below which a part of a step counts as turning on the spot
 _ABEAM = 0.02  # [m] the goal may be ahead of a base that turns on the spot
 _BEND = 0.25  # share of a way that the goal may lie before it: the base came round a bend
 
 
-@kernel
+@lean
 def passes_goal(
     problem: Problem,
     strictness: float,
@@ -66,7 +66,7 @@ def passes_goal(
     return share if abs(off) <= strictness * problem.goal_angle else -1.0
 
 
-@kernel
+@lean
 def rest_pose(
     problem: Problem, x: float, y: float, heading: float, v: float, omega: float
 ) -> tuple[float, float, float]:
@@ -78,7 +78,7 @@ def rest_pose(
     return rx, ry, heading + omega * span
 
 
-@kernel
+@lean
 def remaining_error(
     problem: Problem,
     strictness: float,
@@ -113,7 +113,7 @@ def remaining_error(
     return error, stopping_duration(problem.drive, v, omega)
 
 
-@kernel
+@lean
 def time_to_stop(
     problem: Problem, x: float, y: float, heading: float, v: float, omega: float
 ) -> float:
@@ -129,11 +129,11 @@ def time_to_stop(
     If braking leads away from the goal, the base has to stop and then drive there.
     """
     drive = problem.drive
-    here = cost_to_go(problem.field, x, y, heading)
+    here = tiled_cost_to_go(problem.tiles, x, y, heading)
     if v == 0.0 and omega == 0.0:
         return _time_over(drive.v_max * here, 0.0, drive.v_max, drive.a_max)
     rx, ry, rest_heading = rest_pose(problem, x, y, heading, v, omega)
-    left = cost_to_go(problem.field, rx, ry, wrapped(rest_heading))
+    left = tiled_cost_to_go(problem.tiles, rx, ry, wrapped(rest_heading))
     braking = stopping_duration(drive, v, omega)
     speed = abs(v) if left < here else 0.0
     length = drive.v_max * left
@@ -142,7 +142,7 @@ def time_to_stop(
     return max(_time_over(length, speed, drive.v_max, drive.a_max), braking + left)
 
 
-@kernel
+@lean
 def _time_over(length: float, speed: float, v_max: float, a_max: float) -> float:
     """Least time over the braking way from `speed` and `length` [m] beyond, to rest [s]."""
     square = a_max * length + speed * speed

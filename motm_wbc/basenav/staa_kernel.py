@@ -18,29 +18,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motm_wbc.basenav.footprint_check import is_clear
-from motm_wbc.basenav.goal_field import cost_to_go
-from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
+from motm_wbc.basenav.staa_child import add_child, heuristic
 from motm_wbc.basenav.staa_follow import DURATION
-from motm_wbc.basenav.staa_goal import passes_goal, remaining_error, time_to_stop
-from motm_wbc.basenav.staa_motion import profile, travel, velocity_after, wrapped
+from motm_wbc.basenav.staa_motion import profile, travel, velocity_after
 from motm_wbc.basenav.staa_search import (
     ACROSS,
     ACTION,
     ALONG,
-    BEST,
-    BEST_H,
     CELL,
-    CHILDREN,
     COS,
     DEPTH,
     EXPANSIONS,
     GOAL,
-    GOAL_COST,
     HEADING,
     NODES,
     OMEGA,
+    ORIGIN_COS,
+    ORIGIN_SIN,
     PARENT,
     QUEUED,
     ROOT,
@@ -59,17 +54,15 @@ from motm_wbc.basenav.staa_search import (
     close,
     is_closed,
     pop,
-    push,
 )
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 _NO_PARENT = -1
-_STRICT = 0.8  # share of the tolerances that a new plan has to meet: there is some left later
 
 
-@kernel
+@lean
 def _set_drive(memory: Memory, row: int, v: float, target: float, rate: float, step: float) -> None:
     """Way of every part of a step under a linear action."""
     checks = memory.drives.shape[1]
@@ -81,7 +74,7 @@ def _set_drive(memory: Memory, row: int, v: float, target: float, rate: float, s
     memory.ends[0, row] = velocity_after(v, target, rate, step)
 
 
-@kernel
+@lean
 def _set_turn(
     memory: Memory, row: int, omega: float, target: float, rate: float, step: float
 ) -> None:
@@ -101,7 +94,7 @@ def _set_turn(
     memory.ends[1, row] = velocity_after(omega, target, rate, step)
 
 
-@kernel
+@lean
 def _set_actions(problem: Problem, memory: Memory, v: float, omega: float) -> None:
     """Fill the tables of ways and turns for a node's velocity."""
     drive = problem.drive
@@ -118,7 +111,13 @@ def _set_actions(problem: Problem, memory: Memory, v: float, omega: float) -> No
         _set_turn(memory, row, omega, target, rate, drive.step)
 
 
-@kernel
+@lean
+def _look_along(memory: Memory, heading: float) -> None:
+    """Note the direction of the node that children are made of."""
+    memory.values[ORIGIN_COS], memory.values[ORIGIN_SIN] = math.cos(heading), math.sin(heading)
+
+
+@lean
 def start(
     problem: Problem,
     memory: Memory,
@@ -144,12 +143,13 @@ def start(
     root = memory.nodes[0]
     root[X], root[Y], root[HEADING], root[V], root[OMEGA] = x, y, heading, v, omega
     root[G] = root[F] = 0.0
-    root[H] = _heuristic(problem, x, y, heading, v, omega)
+    root[H] = heuristic(problem, x, y, heading, v, omega)
     links = memory.links[0]
     links[PARENT], links[ACTION], links[ROOT], links[DEPTH] = _NO_PARENT, 0, _NO_PARENT, 0
     links[CELL] = cell_of(problem, x, y, heading)
     memory.counters[NODES] = 1
     close(memory, links[CELL])
+    _look_along(memory, heading)
     linear, angular = memory.drives.shape[0] - 1, memory.turns.shape[0] - 1
     for action in range(table.shape[0]):
         if admissible[action]:
@@ -158,11 +158,11 @@ def start(
             _set_turn(
                 memory, angular, omega, row[TARGET_OMEGA], row[RATE_OMEGA], problem.drive.step
             )
-            _add_child(problem, memory, 0, action, action, linear, angular)
+            add_child(problem, memory, 0, action, action, linear, angular)
     memory.counters[EXPANSIONS] = 1
 
 
-@kernel
+@lean
 def advance(problem: Problem, memory: Memory, until: int) -> bool:
     """Go on with the search up to a number of expansions.
 
@@ -181,125 +181,15 @@ def advance(problem: Problem, memory: Memory, until: int) -> bool:
         close(memory, cell)
         counters[EXPANSIONS] += 1
         _set_actions(problem, memory, memory.nodes[node, V], memory.nodes[node, OMEGA])
+        _look_along(memory, memory.nodes[node, HEADING])
         for i in range(linear):
             if i != linear // 2 and memory.ends[0, i] == memory.ends[0, linear // 2]:
                 continue  # at the speed limit: the same as holding the speed
             for j in range(angular):
                 if j != angular // 2 and memory.ends[1, j] == memory.ends[1, angular // 2]:
                     continue
-                _add_child(problem, memory, node, i * angular + j, memory.links[node, ROOT], i, j)
+                add_child(problem, memory, node, i * angular + j, memory.links[node, ROOT], i, j)
     return bool(counters[GOAL] >= 0 or counters[QUEUED] == 0)
-
-
-@kernel
-def _add_child(
-    problem: Problem, memory: Memory, parent: int, action: int, root: int, i: int, j: int
-) -> None:
-    """Drive one action (rows i and j of the tables) from a node; keep where it leads."""
-    memory.counters[CHILDREN] += 1
-    origin = memory.nodes[parent]
-    x, y, heading = origin[X], origin[Y], origin[HEADING]
-    c, s = math.cos(heading), math.sin(heading)
-    share = -1.0
-    checks = memory.drives.shape[1]
-    for part in range(checks):
-        arc, way = memory.turns[j, part], memory.drives[i, part]
-        px, py, before = x, y, heading
-        x += way * (c * arc[ALONG] - s * arc[ACROSS])
-        y += way * (s * arc[ALONG] + c * arc[ACROSS])
-        heading += arc[TURN]
-        c, s = c * arc[COS] - s * arc[SIN], s * arc[COS] + c * arc[SIN]
-        if not is_clear(problem.world, problem.outline, x, y, c, s, problem.margin):
-            return
-        if not problem.stop:
-            passed = passes_goal(problem, _STRICT, px, py, before, x, y, heading)
-            if passed >= 0.0:
-                share = (part + passed) / checks
-                x, y = px + passed * (x - px), py + passed * (y - py)
-                heading = before + passed * (heading - before)
-                break
-    _judge_child(problem, memory, parent, action, root, i, j, x, y, heading, share)
-
-
-@kernel
-def _judge_child(
-    problem: Problem,
-    memory: Memory,
-    parent: int,
-    action: int,
-    root: int,
-    i: int,
-    j: int,
-    x: float,
-    y: float,
-    heading: float,
-    share: float,
-) -> None:
-    """Price a child that is free of collision and put it in the queue."""
-    origin = memory.nodes[parent]
-    v, omega = memory.ends[0, i], memory.ends[1, j]
-    heading = wrapped(heading)
-    cell = cell_of(problem, x, y, heading)
-    at_rest = v == 0.0 and omega == 0.0
-    waits = at_rest and origin[V] == 0.0 and origin[OMEGA] == 0.0
-    if parent != 0:
-        # Velocity is not in the key, so a base that starts from rest would block its own
-        # cell: a child that has changed its velocity and moves on is let through.
-        same = v == origin[V] and omega == origin[OMEGA]
-        own = cell == memory.links[parent, CELL] and not at_rest and not same
-        if cell < 0 or (is_closed(memory, cell) and not own):
-            return
-    h = _heuristic(problem, x, y, heading, v, omega)
-    if h == math.inf:
-        return
-    c, s = math.cos(heading), math.sin(heading)
-    near = largest_under(problem.grid, problem.samples, x, y, c, s)
-    node = memory.counters[NODES]
-    memory.counters[NODES] = node + 1
-    child, links = memory.nodes[node], memory.links[node]
-    child[X], child[Y], child[HEADING], child[V], child[OMEGA] = x, y, heading, v, omega
-    child[G] = origin[G] + problem.drive.step + problem.proximity * near
-    child[H] = h
-    child[F] = child[G] + problem.weight * h
-    links[PARENT], links[ACTION], links[ROOT], links[CELL] = parent, action, root, cell
-    links[DEPTH] = memory.links[parent, DEPTH] + 1
-    _note_goal(problem, memory, node, share)
-    # To stay at rest is no progress by itself; what can be done afterwards may be.
-    if h < memory.values[BEST_H] and not waits:
-        memory.values[BEST_H] = h
-        memory.counters[BEST] = node
-    push(memory, node)
-
-
-@kernel
-def _note_goal(problem: Problem, memory: Memory, node: int, share: float) -> None:
-    """Keep the node if it reaches the goal at the least cost so far."""
-    child = memory.nodes[node]
-    if problem.stop:
-        error, duration = remaining_error(
-            problem, _STRICT, child[X], child[Y], child[HEADING], child[V], child[OMEGA]
-        )
-        if error == math.inf:
-            return
-        cost = child[G] + duration + problem.docking * error
-    elif share >= 0.0:
-        error, _ = remaining_error(problem, _STRICT, child[X], child[Y], child[HEADING], 0.0, 0.0)
-        cost = child[G] - (1.0 - share) * problem.drive.step + problem.weight * error
-    else:
-        return
-    if cost < memory.values[GOAL_COST]:
-        memory.values[GOAL_COST] = cost
-        memory.counters[GOAL] = node
-
-
-@kernel
-def _heuristic(
-    problem: Problem, x: float, y: float, heading: float, v: float, omega: float
-) -> float:
-    """Cost-to-go of a node [s]."""
-    if problem.stop:
-        return time_to_stop(problem, x, y, heading, v, omega)
-    return cost_to_go(problem.field, x, y, heading)
 
 
 @kernel

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from motm_wbc.geometry.base_motion import BaseLimits
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import lean
 
 _STRAIGHT = 1e-9  # [rad] turned below which the arc's series is exact
 
@@ -57,13 +57,13 @@ def drive_of(limits: BaseLimits, step: float, period: float, ramp_steps: int) ->
     )
 
 
-@kernel
+@lean
 def wrapped(angle: float) -> float:
     """The same angle in [-pi, pi) [rad]."""
     return angle - math.tau * math.floor((angle + math.pi) / math.tau)
 
 
-@kernel
+@lean
 def profile(
     velocity: float, index: int, count: int, rate: float, low: float, high: float, step: float
 ) -> tuple[float, float]:
@@ -97,7 +97,7 @@ def profile(
     return target, acceleration
 
 
-@kernel
+@lean
 def velocity_after(velocity: float, target: float, rate: float, time: float) -> float:
     """Velocity after `time` [s] on the way to the target."""
     if abs(target - velocity) <= rate * time or rate == 0.0:
@@ -105,7 +105,7 @@ def velocity_after(velocity: float, target: float, rate: float, time: float) -> 
     return velocity + (rate if target > velocity else -rate) * time
 
 
-@kernel
+@lean
 def travel(velocity: float, target: float, rate: float, time: float) -> float:
     """Distance driven (or angle turned) in `time` [s] on the way to the target."""
     if rate == 0.0:
@@ -116,7 +116,7 @@ def travel(velocity: float, target: float, rate: float, time: float) -> float:
     return (velocity + 0.5 * signed * ramp) * ramp + reached * (time - ramp)
 
 
-@kernel
+@lean
 def arc(
     x: float, y: float, c: float, s: float, distance: float, turn: float
 ) -> tuple[float, float, float, float]:
@@ -139,13 +139,13 @@ def arc(
     return x + c * along - s * across, y + s * along + c * across, c * ct - s * st, s * ct + c * st
 
 
-@kernel
+@lean
 def stopping_duration(drive: Drive, v: float, omega: float) -> float:
     """Time to rest with v and omega shrinking together, the fastest within limits [s]."""
     return max(abs(v) / drive.a_max, abs(omega) / drive.alpha_max)
 
 
-@kernel
+@lean
 def stopping_span(drive: Drive, v: float, omega: float) -> float:
     """Duration at constant (v, omega) that leads as far as braking to rest does [s].
 
@@ -162,14 +162,14 @@ def stopping_span(drive: Drive, v: float, omega: float) -> float:
     return span - 0.5 * drive.ramp
 
 
-@kernel
+@lean
 def braking_rates(drive: Drive, v: float, omega: float) -> tuple[float, float]:
     """Decelerations of v and omega for the next period, both >= 0."""
     duration = max(stopping_duration(drive, v, omega), drive.period)
     return abs(v) / duration, abs(omega) / duration
 
 
-@kernel
+@lean
 def command(velocity: float, target: float, rate: float, period: float) -> float:
     """The constant acceleration that the action amounts to over the next period."""
     return (velocity_after(velocity, target, rate, period) - velocity) / period

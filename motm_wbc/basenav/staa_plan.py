@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from motm_wbc.basenav.local_planner import Goal
+from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.geometry.arrays import Array
 
 
@@ -38,6 +40,8 @@ class StaaPlan:
         goal: what was asked for, or None.
         emergency: nothing but braking (or standing still) was possible.
         effort: what the search took.
+        cost_to_go: exact time to the goal by PathRTR, as the search knows it [s].
+        remedy: what was tried against being stuck.
     """
 
     acceleration: tuple[float, float]
@@ -49,6 +53,8 @@ class StaaPlan:
     goal: Goal | None
     emergency: bool = False
     effort: Effort = Effort()
+    cost_to_go: float = math.inf
+    remedy: Remedy = Remedy.NONE
 
     @property
     def expansions(self) -> int:

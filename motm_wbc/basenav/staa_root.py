@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.reach import ReachRegion
-from motm_wbc.basenav.staa_admissible import Keep
+from motm_wbc.basenav.staa_admissible import ACCELERATION, ALPHA, Keep
 from motm_wbc.errors import InputError
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
@@ -29,8 +29,11 @@ class Root:
         omega: its turn rate [rad/s].
         residue: what rounding has left of velocities that were braked, and v and omega are
             without; the command takes it away.
+        margin: distance from what rests that can be kept [m].
         table: (n, 6) first actions.
-        admissible: (n,) which of them are safe.
+        clear: (n,) which of them keep clear of what rests.
+        admissible: (n,) which of them are safe in all respects.
+        threatened: something that moves would hit the base sooner or later if it braked now.
         rests: (n, 3) poses at rest after each, and braking.
     """
 
@@ -38,14 +41,22 @@ class Root:
     v: float
     omega: float
     residue: tuple[float, ...]
+    margin: float
     table: Array
+    clear: NDArray[np.bool_]
     admissible: NDArray[np.bool_]
+    threatened: bool
     rests: Array
 
     @property
     def brake(self) -> int:
         """Index of the brake."""
         return len(self.table) - 1
+
+    def stays(self, action: int) -> bool:
+        """Whether the base is at rest and an action leaves it so."""
+        still = self.v == 0.0 and self.omega == 0.0
+        return still and not self.table[action, ACCELERATION : ALPHA + 1].any()
 
 
 def with_direction(pose: Array) -> tuple[float, float, float, float]:

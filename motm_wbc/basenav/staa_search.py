@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motm_wbc.basenav.cost_tiles import CostTiles
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline
-from motm_wbc.basenav.goal_field import GoalField
+from motm_wbc.basenav.movers import Movers
 from motm_wbc.basenav.proximity import ProximityGrid
 from motm_wbc.basenav.staa_motion import Drive
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import lean
 
 Indices = NDArray[np.int64]
 
@@ -24,12 +25,13 @@ PARENT, ACTION, ROOT, CELL, DEPTH = range(5)
 # entries of Memory.counters
 NODES, QUEUED, EXPANSIONS, BEST, GOAL, CHILDREN = range(6)
 # entries of Memory.values
-BEST_H, GOAL_COST = range(2)
+BEST_H, GOAL_COST, ORIGIN_COS, ORIGIN_SIN = range(4)
 # last axis of Memory.turns: the arc of unit length, and the turn with cosine and sine
 ALONG, ACROSS, TURN, COS, SIN = range(5)
 
 _OUTSIDE = -1  # no cell: beyond the window
-_SPREAD = 2654435761  # 2^32 over the golden ratio: neighbouring cells fall far apart
+_SPREAD = -7046029254386353131  # 2^64 over the golden ratio: neighbouring cells fall far apart
+_HIGH = 40  # the product's upper bits depend on all of the cell's
 _FREE = -1  # empty place of the hash table
 
 
@@ -42,7 +44,9 @@ class Problem(NamedTuple):
         outline: the base's.
         grid: nearness of obstacles.
         samples: (k, 2) points of the outline at which nearness is read [m].
-        field: cost-to-go of the goal.
+        tiles: cost-to-go of the goal.
+        movers: obstacles that move.
+        moving: cost of a step next to one of them [s].
         start: (4,) x [m], y [m], cos and sin of the heading at the root.
         goal: (3,) pose [m, m, rad].
         stop: the base shall come to rest at the goal.
@@ -63,7 +67,9 @@ class Problem(NamedTuple):
     outline: Outline
     grid: ProximityGrid
     samples: Array
-    field: GoalField
+    tiles: CostTiles
+    movers: Movers
+    moving: float
     start: Array
     goal: Array
     stop: bool
@@ -88,11 +94,12 @@ class Memory(NamedTuple):
         queue: (n,) binary heap of node indices.
         closed: (m,) hash table of expanded cells.
         counters: (6,) see the names.
-        values: (2,) see the names.
+        values: (4,) see the names.
         drives: (linear + 1, checks) way of each part of a step [m]; the last row is free
             for an action that is not of the grid.
         turns: (angular + 1, checks, 5) the same for turning.
         ends: (2, max + 1) velocity at the end of a step, linear and angular actions.
+        way: (checks, 4) x, y [m], cosine and sine of the heading along a child's step.
     """
 
     nodes: Array
@@ -104,6 +111,7 @@ class Memory(NamedTuple):
     drives: Array
     turns: Array
     ends: Array
+    way: Array
 
 
 def memory_for(expansions: int, linear: int, angular: int, checks: int) -> Memory:
@@ -116,14 +124,15 @@ def memory_for(expansions: int, linear: int, angular: int, checks: int) -> Memor
         queue=np.zeros(nodes, dtype=np.int64),
         closed=np.zeros(places, dtype=np.int64),
         counters=np.zeros(6, dtype=np.int64),
-        values=np.zeros(2),
+        values=np.zeros(4),
         drives=np.zeros((linear + 1, checks)),
         turns=np.zeros((angular + 1, checks, 5)),
         ends=np.zeros((2, max(linear, angular) + 1)),
+        way=np.zeros((checks, 4)),
     )
 
 
-@kernel
+@lean
 def clear_memory(memory: Memory) -> None:
     """Forget the last search."""
     memory.closed[:] = _FREE
@@ -134,7 +143,7 @@ def clear_memory(memory: Memory) -> None:
     memory.values[GOAL_COST] = math.inf
 
 
-@kernel
+@lean
 def _before(nodes: Array, first: int, second: int) -> bool:
     """Order of the queue: by f, then by age, so that it never depends on chance."""
     if nodes[first, F] != nodes[second, F]:
@@ -142,7 +151,7 @@ def _before(nodes: Array, first: int, second: int) -> bool:
     return first < second
 
 
-@kernel
+@lean
 def push(memory: Memory, node: int) -> None:
     """Put a node in the queue."""
     queue, nodes = memory.queue, memory.nodes
@@ -157,7 +166,7 @@ def push(memory: Memory, node: int) -> None:
     queue[place] = node
 
 
-@kernel
+@lean
 def pop(memory: Memory) -> int:
     """Take the node of the least f; the queue must not be empty."""
     queue, nodes = memory.queue, memory.nodes
@@ -180,7 +189,7 @@ def pop(memory: Memory) -> int:
     return int(top)
 
 
-@kernel
+@lean
 def cell_of(problem: Problem, x: float, y: float, heading: float) -> int:
     """Cell of the closed set, in the frame of the root; negative beyond the window."""
     start = problem.start
@@ -198,23 +207,23 @@ def cell_of(problem: Problem, x: float, y: float, heading: float) -> int:
     return (row * side + column) * (problem.headings + 1) + sector
 
 
-@kernel
+@lean
 def _place_of(closed: Indices, cell: int) -> int:
     """Place of the cell in the table, or the free one where it would go."""
     mask = closed.shape[0] - 1
-    place = (cell * _SPREAD >> 7) & mask
+    place = (cell * _SPREAD >> _HIGH) & mask
     while closed[place] != _FREE and closed[place] != cell:
         place = (place + 1) & mask
     return int(place)
 
 
-@kernel
+@lean
 def is_closed(memory: Memory, cell: int) -> bool:
     """Whether a node in this cell has been expanded."""
     return bool(memory.closed[_place_of(memory.closed, cell)] == cell)
 
 
-@kernel
+@lean
 def close(memory: Memory, cell: int) -> None:
     """Mark a cell as expanded."""
     memory.closed[_place_of(memory.closed, cell)] = cell

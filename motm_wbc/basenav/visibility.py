@@ -29,7 +29,7 @@ from motm_wbc.basenav.walls import (
     Y,
 )
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import kernel, lean
 
 LEFT, RIGHT, NEITHER = 0, 1, -1
 
@@ -38,7 +38,7 @@ LEFT, RIGHT, NEITHER = 0, 1, -1
 # references whenever an array is taken out of a tuple.
 
 
-@kernel
+@lean
 def side_of(corners: Array, corner: int, dx: float, dy: float) -> int:
     """On which side of the line through a corner its blocked sector lies.
 
@@ -66,7 +66,7 @@ def side_of(corners: Array, corner: int, dx: float, dy: float) -> int:
     return NEITHER
 
 
-@kernel
+@lean
 def may_be_tangent(corners: Array, corner: int, wx: float, wy: float) -> bool:
     """Quick necessary test of a line (wx, wy) [m], not normalised, through a corner."""
     if corners[corner, TURN] <= 0.0:
@@ -79,7 +79,7 @@ def may_be_tangent(corners: Array, corner: int, wx: float, wy: float) -> bool:
     return True
 
 
-@kernel
+@lean
 def tangent_side(corners: Array, links: Indices, corner: int, dx: float, dy: float) -> int:
     """Side of the obstacle that a taut path along (dx, dy) can wrap at a corner.
 
@@ -95,7 +95,7 @@ def tangent_side(corners: Array, links: Indices, corner: int, dx: float, dy: flo
     return side
 
 
-@kernel
+@lean
 def _enters(turn: float, s_before: float, s_after: float) -> bool:
     """Whether a ray from a corner runs strictly inside its blocked sector.
 
@@ -106,7 +106,7 @@ def _enters(turn: float, s_before: float, s_after: float) -> bool:
     return s_after < 0.0 or s_before > 0.0
 
 
-@kernel
+@lean
 def _corner_blocks(
     corners: Array,
     links: Indices,
@@ -139,7 +139,7 @@ def _corner_blocks(
     return False
 
 
-@kernel
+@lean
 def _ring_blocks(
     corners: Array,
     links: Indices,
@@ -174,7 +174,7 @@ def _ring_blocks(
     return False
 
 
-@kernel
+@lean
 def sees(
     corners: Array,
     links: Indices,
@@ -207,13 +207,13 @@ def sees(
     return True
 
 
-@kernel
+@lean
 def line_of_sight(walls: Walls, px: float, py: float, qx: float, qy: float) -> bool:
     """Whether the segment from p to q is free. Both points must be free themselves."""
     return sees(walls.corners, walls.links, walls.ring_start, walls.ring_box, px, py, qx, qy)
 
 
-@kernel
+@lean
 def is_blocked(walls: Walls, x: float, y: float) -> bool:
     """Whether a point lies inside what is blocked (on an outline: either answer)."""
     corners, boxes = walls.corners, walls.ring_box
@@ -233,7 +233,7 @@ def is_blocked(walls: Walls, x: float, y: float) -> bool:
     return bool(inside != (walls.bounded > 0.0))
 
 
-@kernel
+@lean
 def nearest_on_ring(walls: Walls, ring: int, x: float, y: float, out: Array) -> float:
     """Distance [m] to a ring; its nearest point is written to `out` (2,)."""
     corners = walls.corners
@@ -266,6 +266,10 @@ def push_out(walls: Walls, x: float, y: float, out: Array) -> float:
     best = math.inf
     point = np.empty(2)
     for ring in range(walls.ring_box.shape[0]):
+        low_x, low_y, high_x, high_y = walls.ring_box[ring]
+        away_x, away_y = max(low_x - x, x - high_x, 0.0), max(low_y - y, y - high_y, 0.0)
+        if math.hypot(away_x, away_y) > best:
+            continue
         distance = nearest_on_ring(walls, ring, x, y, point)
         if distance < best:
             best = distance

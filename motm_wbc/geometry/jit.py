@@ -69,6 +69,15 @@ def inlined(function: Function) -> Function:
     return _compiled(function, True)
 
 
+def lean(function: Function) -> Function:
+    """A kernel that allocates no array and returns none: it only borrows those of its arguments.
+
+    References are not counted then. Counting takes longer than the arithmetic where many arrays
+    are handed from one small kernel to the next: each time it is an atomic operation.
+    """
+    return _compiled(function, False, counts=False)
+
+
 def strict(*arguments: Any) -> Callable[[Function], Function]:
     """A kernel for arguments of these numba types only: anything else is a TypeError.
 
@@ -78,11 +87,15 @@ def strict(*arguments: Any) -> Callable[[Function], Function]:
     return lambda function: _compiled(function, False, [arguments])
 
 
-def _compiled(function: Function, inline: bool, signatures: Any = None) -> Function:
+def _compiled(
+    function: Function, inline: bool, signatures: Any = None, counts: bool = True
+) -> Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(_folder(function.__module__))
     try:
-        decorate = numba.njit(signatures, cache=True, error_model="numpy", forceinline=inline)
+        decorate = numba.njit(
+            signatures, cache=True, error_model="numpy", forceinline=inline, _nrt=counts
+        )
         compiled: Function = decorate(function)
     finally:
         numba.config.CACHE_DIR = before
