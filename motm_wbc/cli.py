@@ -171,7 +171,7 @@ def nav_command(
     stop: Annotated[
         bool, typer.Option("--stop", help="Come to rest at the goal; else drive through it.")
     ] = False,
-    planner: Annotated[str, typer.Option(help="Local planner.")] = "staa",
+    planner: Annotated[str, typer.Option(help="Local planner: staa or teb.")] = "staa",
     unknown: Annotated[
         str, typer.Option(help="What unknown cells of a ROS map are: blocked or free.")
     ] = "blocked",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry.arrays import Array
 
@@ -20,6 +22,10 @@ class Goal:
 
     pose: Array
     stop: bool = False
+
+    def is_same(self, other: Goal) -> bool:
+        """Whether the other goal is the same pose, to be reached in the same way."""
+        return self.stop == other.stop and np.array_equal(self.pose, other.pose)
 
 
 class LocalPlan(Protocol):

@@ -11,8 +11,9 @@ import numpy as np
 from motm_wbc.basenav.local_planner import Goal, LocalPlan
 from motm_wbc.basenav.local_planners import make_local_planner
 from motm_wbc.basenav.planner import GlobalPlanner
-from motm_wbc.basenav.progress import Progress
 from motm_wbc.basenav.staa_parameters import StaaParameters
+from motm_wbc.basenav.staa_progress import ProgressMonitor
+from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.angles import wrap
@@ -70,6 +71,7 @@ class Navigator:
         inflation: float | None = None,
         tolerance: tuple[float, float] = (0.10, 0.35),
         staa: StaaParameters | None = None,
+        teb: TebParameters | None = None,
     ) -> None:
         """Set up; compiles the kernels if that is still to do.
 
@@ -80,19 +82,21 @@ class Navigator:
             planner: name of the local planner.
             inflation: [m]; None: see `disc_radius`.
             tolerance: [m], [rad].
-            staa: parameters of STAA*; its `command_period` is that of the steps.
+            staa: parameters of STAA*.
+            teb: parameters of the Timed Elastic Band. The `command_period` of the planner
+                that is used is that of the steps.
 
         Raises:
             InputError: something given can't be used.
         """
-        parameters = staa or StaaParameters()
+        staa, teb = staa or StaaParameters(), teb or TebParameters()
         self.inflation = disc_radius(footprint) if inflation is None else inflation
         self.tolerance = tolerance
-        self._period = parameters.command_period
+        self._period = (teb if planner == "teb" else staa).command_period
         self._planner = make_local_planner(
-            planner, world, footprint, limits, self.inflation, parameters
+            planner, world, footprint, limits, self.inflation, staa, teb
         )
-        self._progress = Progress()
+        self._progress = ProgressMonitor()
         self._time = -math.inf
         self._state = np.zeros(5)  # believed in: what the last command leads to
         self._goal: Goal | None = None
@@ -141,7 +145,7 @@ class Navigator:
         return self._toward(pose, v, omega, goal)
 
     def _toward(self, pose: Array, v: float, omega: float, goal: Goal) -> NavStep:
-        if self._goal is None or not _same(goal, self._goal):
+        if self._goal is None or not goal.is_same(self._goal):
             self._goal, self._reached = goal, False
             self._progress.restart()
         if self._reached and not goal.stop:
@@ -157,9 +161,9 @@ class Navigator:
     def _standing(self, pose: Array, goal: Goal, emergency: bool) -> tuple[NavStatus, str]:
         """How it stands with a goal that is not reached."""
         path = self._planner.planner.route(pose, goal.pose)
-        stalled = self._progress.update(self._time, math.inf if path is None else path.time)
-        if stalled > self._progress.patience:
-            return NavStatus.STUCK, f"no nearer to the goal for {stalled:.1f} s"
+        standing = self._progress.update(self._time, math.inf if path is None else path.time)
+        if standing.stuck:
+            return NavStatus.STUCK, f"no nearer to the goal for {standing.stalled:.1f} s"
         if path is None:
             return NavStatus.BLOCKED, "there is no path to the goal"
         if emergency:
@@ -227,7 +231,3 @@ def fitting_inflation(
     wanted = disc_radius(footprint)
     planner = GlobalPlanner(world, limits.v_max, limits.omega_max, wanted, limits.v_reverse)
     return wanted if planner.route(start, goal) is not None else inner_radius(footprint)
-
-
-def _same(first: Goal, second: Goal) -> bool:
-    return first.stop == second.stop and np.array_equal(first.pose, second.pose)

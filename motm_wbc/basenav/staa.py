@@ -205,8 +205,9 @@ class StaaStar:
         """(k, 5) actions of a plan that led to the same goal, after one period of it."""
         if previous is None or previous.goal is None or not previous.reached:
             return _NO_ACTIONS
-        same = previous.goal.stop == goal.stop and np.array_equal(previous.goal.pose, goal.pose)
-        return remaining_actions(previous.actions, self._drive.period) if same else _NO_ACTIONS
+        if not previous.goal.is_same(goal):
+            return _NO_ACTIONS
+        return remaining_actions(previous.actions, self._drive.period)
 
     def _root(
         self,

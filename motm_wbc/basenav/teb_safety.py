@@ -153,7 +153,7 @@ class Safety:
         state, period = self.state, self.drive.period
         targets = np.array([state.v, state.omega]) + commands * period
         rates = np.abs(commands)
-        table, admissible, _ = first_actions(
+        table, admissible, _, _ = first_actions(
             self.drive,
             self.scene.edges,
             self.outline,

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from motm_wbc.basenav.parameters import PlacementParameters
 from motm_wbc.basenav.staa_parameters import StaaParameters
+from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.errors import InputError, UnknownName
 from motm_wbc.mission.parameters import GraspParameters, MissionParameters, ReachParameters
 from motm_wbc.qp import WholeBodyParameters
@@ -43,6 +44,8 @@ class Parameters(Data):
     """Base placement."""
     staa: StaaParameters = StaaParameters()
     """Local planner."""
+    teb: TebParameters = TebParameters()
+    """Local planner of the baseline."""
     whole_body: WholeBodyParameters = WholeBodyParameters()
     """Whole-body controller."""
     reach: ReachParameters = ReachParameters()

@@ -9,7 +9,6 @@ import pytest
 
 from motm_wbc.basenav import Goal, Navigator, NavStatus, World
 from motm_wbc.basenav.navigator import disc_radius, fitting_inflation, inner_radius
-from motm_wbc.basenav.progress import Progress
 from motm_wbc.errors import InputError
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.base_motion import BaseLimits
@@ -91,15 +90,6 @@ def test_no_progress_is_reported(navigator):
     assert statuses[0] is NavStatus.DRIVING and statuses[-1] is NavStatus.STUCK
     another = Goal(np.array([-2.0, 0.0, 0.0]))
     assert navigator.step(20.0, np.zeros(3), 0.0, 0.0, another).status is NavStatus.DRIVING
-
-
-def test_progress_is_a_falling_time_to_go():
-    progress = Progress(patience=2.0, gain=0.25)
-    assert [progress.update(k, 10.0 - 0.3 * k) for k in range(4)] == [0.0, 0.0, 0.0, 0.0]
-    assert progress.update(5.0, 9.0) == 2.0
-    assert progress.update(6.0, math.inf) == 3.0
-    progress.restart()
-    assert progress.update(7.0, 20.0) == 0.0
 
 
 def test_the_disc_lies_between_inner_and_outer_radius():

@@ -76,6 +76,7 @@ def navigate(request: NavRequest) -> DriveResult:
             stop=request.stop,
             planner=request.planner,
             staa=parameters.staa,
+            teb=parameters.teb,
             inflation=inflation,
             time_limit=request.time_limit,
             noise=NOISE,

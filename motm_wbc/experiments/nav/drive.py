@@ -14,6 +14,7 @@ from motm_wbc.basenav.navigator import Navigator, NavStatus, NavStep, at_goal, f
 from motm_wbc.basenav.planner import GlobalPlanner, Path
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import StaaPlan
+from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.world import World
 from motm_wbc.errors import InputError
 from motm_wbc.experiments.metrics import spread_ms
@@ -82,6 +83,7 @@ def drive(
     stop: bool = False,
     planner: str = "staa",
     staa: StaaParameters | None = None,
+    teb: TebParameters | None = None,
     inflation: float | None = None,
     velocity: tuple[float, float] = (0.0, 0.0),
     period: float = 0.05,
@@ -106,6 +108,7 @@ def drive(
         stop: come to rest there; else drive through it.
         planner: name of the local planner.
         staa: parameters of STAA*; rates are taken from `period` and `ramp_steps`.
+        teb: parameters of the Timed Elastic Band; the same.
         inflation: radius that the global planner plans for [m]; None: `fitting_inflation`.
         velocity: v [m/s] and omega [rad/s] at the start.
         period: of the base steps [s].
@@ -138,7 +141,6 @@ def drive(
     if inflation is None:
         inflation = fitting_inflation(ground, footprint, limits, course.start, course.goal.pose)
     path = _global_path(ground, limits, inflation, course)
-    parameters = staa or StaaParameters()
     rates = {"command_period": period, "ramp_steps": ramp_steps}
     navigator = Navigator(
         world,
@@ -147,7 +149,8 @@ def drive(
         planner=planner,
         inflation=inflation,
         tolerance=tolerance,
-        staa=parameters.model_copy(update=rates),
+        staa=(staa or StaaParameters()).model_copy(update=rates),
+        teb=(teb or TebParameters()).model_copy(update=rates),
     )
     run = _Drive(course, navigator)
     if path is None:
