@@ -34,6 +34,7 @@ class TangentGraph(NamedTuple):
         partner: (s,) the state at the other end of the tangent.
         leaves: (s,) 1 if the path leaves along the tangent here, 0 if it arrives.
         length: (s,) length of the tangent [m].
+        chain: (s,) chain of each state.
     """
 
     chain_start: Indices
@@ -41,6 +42,7 @@ class TangentGraph(NamedTuple):
     partner: Indices
     leaves: Indices
     length: Array
+    chain: Indices
 
 
 @kernel
@@ -128,4 +130,5 @@ def build_graph(walls: Walls) -> TangentGraph:
         partner=rank[order ^ 1].astype(np.int64),
         leaves=(1 - order % 2).astype(np.int64),
         length=np.repeat(shape[:, 1], 4)[order],
+        chain=chain[order],
     )
