@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
-from motm_wbc.basenav.graph import TangentGraph, chain_turn
+from motm_wbc.basenav.graph import TangentGraph, chain_turn, sort_by_chain
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
 from motm_wbc.basenav.search import GoalTangents, Labels, nowhere, search_back
-from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, sees, tangent_side
+from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, push_out, sees, tangent_side
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
@@ -31,6 +31,23 @@ class GoalRoutes(NamedTuple):
     leads_to: Indices
     successor: Indices
     length: Array
+
+
+@kernel
+def free_goals(walls: Walls, goals: Array, speed: float) -> Array:
+    """Goals (g, 3) as (g, 4) rows of `GoalField.goals`, at free places.
+
+    What lies inside inflated obstacles is pushed out to the nearest free point; the distance
+    counts at `speed` [m/s].
+    """
+    rows = np.empty((goals.shape[0], 4))
+    for k in range(goals.shape[0]):
+        push = push_out(walls, goals[k, X], goals[k, Y], rows[k])
+        if push <= TOUCH or push == math.inf:
+            rows[k, X], rows[k, Y] = goals[k, X], goals[k, Y]
+        rows[k, HEADING] = goals[k, HEADING]
+        rows[k, EXTRA] = push / speed if push > TOUCH else 0.0
+    return rows
 
 
 @kernel
@@ -59,9 +76,7 @@ def goal_tangents(walls: Walls, goals: Array, speeds: Speeds) -> GoalTangents:
                 if length <= TOUCH:
                     continue
                 side = tangent_side(corners, links, corner, dx / length, dy / length)
-                if side == NEITHER or not sees(
-                    corners, links, ring_start, boxes, cx, cy, x, y
-                ):
+                if side == NEITHER or not sees(corners, links, ring_start, boxes, cx, cy, x, y):
                     continue
                 angle = math.atan2(dy, dx)
                 ends[count, 0] = 2 * corner + side
@@ -80,28 +95,9 @@ def goal_tangents(walls: Walls, goals: Array, speeds: Speeds) -> GoalTangents:
                 turned = end_turn(shape[k, 0], heading, gear) / speeds.turning
                 drive = shape[k, 2] / speed if speed > 0.0 else math.inf
                 cost[k, gear] = turned + drive + goals[goal, EXTRA]
-    return GoalTangents(ends[:count], shape[:count, 1].copy(), cost[:count], shape[:count, 2].copy())
-
-
-@kernel
-def _sort_by_chain(ends: Indices, turn: Array, chains: int) -> tuple[Indices, Indices]:
-    """Order of the goal tangents by chain, then turn, and the first one of each chain."""
-    start = np.zeros(chains + 1, dtype=np.int64)
-    for k in range(ends.shape[0]):
-        start[ends[k, 0] + 1] += 1
-    for chain in range(chains):
-        start[chain + 1] += start[chain]
-    filled = start[:-1].copy()
-    order = np.empty(ends.shape[0], dtype=np.int64)
-    for k in range(ends.shape[0]):
-        chain = ends[k, 0]
-        place = filled[chain]
-        filled[chain] += 1
-        while place > start[chain] and turn[order[place - 1]] > turn[k]:
-            order[place] = order[place - 1]
-            place -= 1
-        order[place] = k
-    return order, start
+    return GoalTangents(
+        ends[:count], shape[:count, 1].copy(), cost[:count], shape[:count, 2].copy()
+    )
 
 
 @kernel
@@ -174,6 +170,16 @@ def _chain_bounds(start: Indices, cost: Array) -> Array:
 
 
 @kernel
+def _ring_bounds(ring_start: Indices, chain_bound: Array) -> Array:
+    """Least time to a goal from anywhere on each ring [s]."""
+    bound = np.full(ring_start.size - 1, math.inf)
+    for ring in range(bound.size):
+        for chain in range(2 * ring_start[ring], 2 * ring_start[ring + 1]):
+            bound[ring] = min(bound[ring], chain_bound[chain])
+    return bound
+
+
+@kernel
 def solve_field(
     walls: Walls, graph: TangentGraph, goals: Array, speeds: Speeds
 ) -> tuple[GoalField, GoalRoutes]:
@@ -186,7 +192,7 @@ def solve_field(
         speeds: speeds of the base.
     """
     found = goal_tangents(walls, goals, speeds)
-    order, goal_start = _sort_by_chain(found.ends, found.turn, 2 * walls.corners.shape[0])
+    order, goal_start = sort_by_chain(found.ends[:, 0], found.turn, 2 * walls.corners.shape[0])
     tangents = GoalTangents(
         found.ends[order], found.turn[order], found.cost[order], found.length[order]
     )
@@ -194,5 +200,6 @@ def solve_field(
     start, turn, cost, length, source = _merge_exits(graph, labels, goal_start, tangents)
     best = _best_onward(start, turn, cost, length, speeds.turning)
     bound = _chain_bounds(start, cost)
-    field = GoalField(walls, start, turn, cost, bound, goals, speeds)
+    ring_bound = _ring_bounds(walls.ring_start, bound)
+    field = GoalField(walls, start, turn, cost, bound, ring_bound, goals, speeds)
     return field, GoalRoutes(best, source, labels.successor, length)

@@ -132,3 +132,87 @@ def build_graph(walls: Walls) -> TangentGraph:
         length=np.repeat(shape[:, 1], 4)[order],
         chain=chain[order],
     )
+
+
+@kernel
+def sort_by_chain(chain: Indices, turn: Array, chains: int) -> tuple[Indices, Indices]:
+    """Order of some tangents by chain, then turn, and the first one of each chain."""
+    start = np.zeros(chains + 1, dtype=np.int64)
+    for k in range(chain.size):
+        start[chain[k] + 1] += 1
+    for c in range(chains):
+        start[c + 1] += start[c]
+    filled = start[:-1].copy()
+    order = np.empty(chain.size, dtype=np.int64)
+    for k in range(chain.size):
+        place = filled[chain[k]]
+        filled[chain[k]] += 1
+        while place > start[chain[k]] and turn[order[place - 1]] > turn[k]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = k
+    return order, start
+
+
+@kernel
+def with_arrivals(graph: TangentGraph, chain: Indices, turn: Array) -> TangentGraph:
+    """A graph with tangents (t,) from places outside of it, as states that arrive.
+
+    The partner of the state of tangent k is -1 - k.
+    """
+    order, first = sort_by_chain(chain, turn, graph.chain_start.size - 1)
+    total = graph.turn.size + turn.size
+    start = np.empty_like(graph.chain_start)
+    turns, length = np.empty(total), np.empty(total)
+    partner, leaves = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
+    chains, moved = np.empty(total, dtype=np.int64), np.empty(graph.turn.size, dtype=np.int64)
+    place = 0
+    for c in range(start.size - 1):
+        start[c] = place
+        state, tangent = graph.chain_start[c], first[c]
+        while state < graph.chain_start[c + 1] or tangent < first[c + 1]:
+            chains[place] = c
+            if tangent == first[c + 1] or (
+                state < graph.chain_start[c + 1] and graph.turn[state] <= turn[order[tangent]]
+            ):
+                moved[state] = place
+                turns[place], length[place] = graph.turn[state], graph.length[state]
+                partner[place], leaves[place] = graph.partner[state], graph.leaves[state]
+                state += 1
+            else:
+                turns[place], length[place] = turn[order[tangent]], 0.0
+                partner[place], leaves[place] = -1 - order[tangent], 0
+                tangent += 1
+            place += 1
+    start[-1] = place
+    for k in range(total):
+        if partner[k] >= 0:
+            partner[k] = moved[partner[k]]
+    return TangentGraph(start, turns, partner, leaves, length, chains)
+
+
+@kernel
+def connected_parts(graph: TangentGraph, corners: int) -> Indices:
+    """(n,) a number for each corner, the same where a path leads from one to the other.
+
+    Places with a path between them have a taut one, which is made of tangents.
+    """
+    parent = np.arange(corners)
+    for state in range(graph.turn.size):
+        a, b = graph.chain[state] // 2, graph.chain[graph.partner[state]] // 2
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = parent[b]
+        if a < b:
+            parent[b] = a
+        else:
+            parent[a] = b
+    for corner in range(corners):
+        root = corner
+        while parent[root] != root:
+            root = parent[root]
+        parent[corner] = root
+    return parent

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.graph import TangentGraph
-from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds
+from motm_wbc.basenav.pathrtr import BACKWARD, Speeds
 from motm_wbc.basenav.walls import Indices, X, Y
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
