@@ -18,7 +18,7 @@ from motm_wbc.basenav.goal_field import EXTRA, HEADING
 from motm_wbc.basenav.graph import TangentGraph, chain_turn, connected_parts, with_arrivals
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, direct_time, end_turn
 from motm_wbc.basenav.ring import FREE
-from motm_wbc.basenav.search import Places, search_back
+from motm_wbc.basenav.search import COST, COSTS, DRIVEN, LENGTH, POSE, Places, search_back
 from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, push_out, sees, tangent_side
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
@@ -38,11 +38,9 @@ class Approach(NamedTuple):
         wanted: (m,) 1 for a candidate whose time is asked for.
         places: (p, 3) x, y of the free point nearest to each place, distance to it [m].
         start: (p + 1,) first tangent of each place.
-        pose: (t,) first candidate at the tangent's place.
-        corner: (t,) corner that it leads to.
-        cost: (t, 2, h) time along it with the turn to the candidate's heading [s], in each
-            gear, for each of the h candidates at its place.
-        length: (t,) [m], with what the place was pushed out.
+        corner: (t,) corner that each tangent leads to.
+        ways: (t, 2, 2 + h) tangents to the candidates, as in `search.Places`, with what the
+            place was pushed out.
     """
 
     walls: Walls
@@ -52,10 +50,8 @@ class Approach(NamedTuple):
     wanted: Indices
     places: Array
     start: Indices
-    pose: Indices
     corner: Indices
-    cost: Array
-    length: Array
+    ways: Array
 
 
 @kernel
@@ -73,88 +69,69 @@ def prepare_approach(
         each: candidates at a place.
         speeds: speeds of the base.
     """
-    corners = walls.corners
     count = poses.shape[0] // each
-    places = np.empty((count, 3))
-    start = np.zeros(count + 1, dtype=np.int64)
-    wanted = np.zeros(poses.shape[0], dtype=np.int64)
-    most = max(1, count * corners.shape[0])
-    chain, pose = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    turn, length, cost = np.empty(most), np.empty(most), np.empty((most, 2, each))
+    places, start = np.zeros((count, 3)), np.zeros(count + 1, dtype=np.int64)
+    wanted = np.where(rejections == FREE, 1, 0)
+    most = max(1, count * walls.corners.shape[0])
+    chain, turn = np.empty(most, dtype=np.int64), np.empty(most)
+    ways = np.empty((most, 2, COSTS + each))
     size = 0
     for k in range(count):
-        any_wanted = False
-        for i in range(each * k, each * k + each):
-            if rejections[i] == FREE:
-                wanted[i] = 1
-                any_wanted = True
-        if any_wanted:
-            x, y = poses[each * k, X], poses[each * k, Y]
-            push = push_out(walls, x, y, places[k])
-            if push <= TOUCH or push == math.inf:
-                places[k, X], places[k, Y] = x, y
-            places[k, PUSH] = push if push > TOUCH else 0.0
-            first = size
-            size = _see_corners(walls, places[k, X], places[k, Y], chain, turn, length, cost, size)
-            for t in range(first, size):
-                pose[t] = each * k
-                angle = cost[t, 0, 0]
-                for gear in range(2):
-                    speed = speeds.backward if gear == BACKWARD else speeds.forward
-                    drive = length[t] / speed if speed > 0.0 else math.inf
-                    drive += places[k, PUSH] / speeds.forward
-                    for i in range(each):
-                        turned = end_turn(angle, poses[each * k + i, HEADING] + math.pi, gear)
-                        cost[t, gear, i] = drive + turned / speeds.turning
-                length[t] += places[k, PUSH]
+        first = each * k
+        if wanted[first : first + each].any():
+            push = push_out(walls, poses[first, X], poses[first, Y], places[k])
+            places[k, PUSH] = push if TOUCH < push < math.inf else 0.0
+            if places[k, PUSH] == 0.0:
+                places[k, X], places[k, Y] = poses[first, X], poses[first, Y]
+            begin = size
+            size = _see_corners(walls, places[k], chain, turn, ways, size)
+            for t in range(begin, size):
+                _price_ways(ways[t], places[k, PUSH], poses, first, speeds)
         start[k + 1] = size
     joined = with_arrivals(graph, chain[:size], turn[:size])
-    return Approach(
-        walls,
-        joined,
-        connected_parts(graph, corners.shape[0]),
-        poses,
-        wanted,
-        places,
-        start,
-        pose[:size].copy(),
-        chain[:size] // 2,
-        cost[:size].copy(),
-        length[:size].copy(),
-    )
+    parts = connected_parts(graph, walls.corners.shape[0])
+    corner, kept = chain[:size] // 2, ways[:size].copy()
+    return Approach(walls, joined, parts, poses, wanted, places, start, corner, kept)
+
+
+@kernel
+def _price_ways(way: Array, push: float, poses: Array, first: int, speeds: Speeds) -> None:
+    """Fill in a tangent's row of `Approach.ways`, of which direction and length are given."""
+    angle, length = way[0, POSE], way[0, LENGTH]
+    for gear in range(2):
+        speed = speeds.backward if gear == BACKWARD else speeds.forward
+        drive = length / speed + push / speeds.forward if speed > 0.0 else math.inf
+        way[gear, POSE], way[gear, LENGTH] = first, length + push
+        for i in range(way.shape[1] - COSTS):
+            turned = end_turn(angle, poses[first + i, HEADING] + math.pi, gear)
+            way[gear, COSTS + i] = drive + turned / speeds.turning
 
 
 @kernel
 def _see_corners(
-    walls: Walls,
-    x: float,
-    y: float,
-    chain: Indices,
-    turn: Array,
-    length: Array,
-    angle: Array,
-    size: int,
+    walls: Walls, place: Array, chain: Indices, turn: Array, ways: Array, size: int
 ) -> int:
     """Add the tangents from a place to corners in sight from index `size` on.
 
-    The direction [rad] is written to `angle[:, 0, 0]`. Returns the new size.
+    Direction [rad] and length [m] are written to `ways[:, 0, :2]`. Returns the new size.
     """
     corners, links = walls.corners, walls.links
     ring_start, boxes = walls.ring_start, walls.ring_box
+    x, y = place[X], place[Y]
     for corner in range(corners.shape[0]):
         cx, cy = corners[corner, X], corners[corner, Y]
         dx, dy = cx - x, cy - y
         if not may_be_tangent(corners, corner, dx, dy):
             continue
-        way = math.sqrt(dx * dx + dy * dy)
-        if way <= TOUCH:
+        length = math.sqrt(dx * dx + dy * dy)
+        if length <= TOUCH:
             continue
-        side = tangent_side(corners, links, corner, dx / way, dy / way)
+        side = tangent_side(corners, links, corner, dx / length, dy / length)
         if side == NEITHER or not sees(corners, links, ring_start, boxes, x, y, cx, cy):
             continue
-        chain[size], length[size] = 2 * corner + side, way
-        angle[size, 0, 0] = math.atan2(dy, dx)
-        turn[size] = chain_turn(corners, corner, side, angle[size, 0, 0])
+        angle = math.atan2(dy, dx)
+        chain[size], turn[size] = 2 * corner + side, chain_turn(corners, corner, side, angle)
+        ways[size, 0, POSE], ways[size, 0, LENGTH] = angle, length
         size += 1
     return size
 
@@ -194,13 +171,13 @@ def approach_times(
         walls.corners,
         tangents,
         speeds,
-        Places(approach.pose, approach.cost, approach.length, pending, box),
+        Places(approach.ways, pending, box),
         poses.shape[0],
     )
     for k in range(pending.size):
         i = pending[k]
-        times[i] = labels.pose_cost[i]
-        longest = max(longest, labels.pose_length[i] + push)
+        times[i] = labels.poses[i, COST]
+        longest = max(longest, labels.poses[i, DRIVEN] + push)
     return times, longest, push
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.graph import chain_turn
-from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, direct_time, end_turn
+from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, end_turn, turn_between
 from motm_wbc.basenav.search import first_from
 from motm_wbc.basenav.visibility import (
     NEITHER,
@@ -93,7 +93,7 @@ def _by_corner(
     turned = end_turn(angle, heading, FORWARD)
     ahead = by_chain(chain_start, exit_turn, exit_cost, chain, turn, FORWARD, speeds.turning)
     ahead += turned / speeds.turning + length / speeds.forward
-    if speeds.backward > 0.0:
+    if speeds.backward > 0.0 and length / speeds.backward < ahead:
         turned = end_turn(angle, heading, BACKWARD)
         back = by_chain(chain_start, exit_turn, exit_cost, chain, turn, BACKWARD, speeds.turning)
         back += turned / speeds.turning + length / speeds.backward
@@ -108,11 +108,19 @@ def _straight(
 ) -> tuple[float, int]:
     """Time straight to a goal [s], and the better gear."""
     dx, dy = goals[goal, X] - x, goals[goal, Y] - y
-    toward = goals[goal, HEADING]
-    ahead = direct_time(dx, dy, heading, toward, speeds, FORWARD)
-    back = direct_time(dx, dy, heading, toward, speeds, BACKWARD)
-    gear = BACKWARD if back < ahead else FORWARD
-    return min(ahead, back) + goals[goal, EXTRA], gear
+    length = math.sqrt(dx * dx + dy * dy)
+    toward, extra = goals[goal, HEADING], goals[goal, EXTRA]
+    if length <= TOUCH:
+        return turn_between(heading, toward) / speeds.turning + extra, FORWARD
+    direction = math.atan2(dy, dx)
+    turned = end_turn(direction, heading, FORWARD) + end_turn(direction, toward, FORWARD)
+    ahead = turned / speeds.turning + length / speeds.forward
+    if speeds.backward > 0.0 and length / speeds.backward < ahead:
+        turned = end_turn(direction, heading, BACKWARD) + end_turn(direction, toward, BACKWARD)
+        back = turned / speeds.turning + length / speeds.backward
+        if back < ahead:
+            return back + extra, BACKWARD
+    return ahead + extra, FORWARD
 
 
 @kernel

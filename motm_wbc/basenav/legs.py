@@ -21,7 +21,7 @@ from motm_wbc.basenav.ring import Ring
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry.arrays import Array
 
-_ABOUT = 3.0  # [radii] ways to the far side of a ring, and the ring itself, on open floor
+_ABOUT = 3.5  # [radii] ways to the far side of a ring, and the ring itself, on open floor
 
 
 class FirstLeg:

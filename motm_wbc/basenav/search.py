@@ -22,7 +22,7 @@ from motm_wbc.basenav.graph import TangentGraph
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds
 from motm_wbc.basenav.walls import Indices, X, Y
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.jit import inlined, kernel
 
 SAME_TURN = 1e-8
 """Directions nearer than this are one direction [rad]: a path may turn back by it."""
@@ -47,23 +47,26 @@ class GoalTangents(NamedTuple):
     length: Array
 
 
+# columns of Places.ways: the costs of the place's poses are the last ones
+POSE, LENGTH, COSTS = range(3)
+# columns of Labels.poses
+COST, DRIVEN = range(2)
+
+
 class Places(NamedTuple):
     """Poses whose time is asked for, in a graph that has their tangents as states.
 
     A state that arrives from pose tangent k has the partner -1 - k.
 
     Attributes:
-        pose: (k,) first pose that each pose tangent serves; the others of its place follow.
-        cost: (k, 2, h) time along it with the first turn [s], in each gear, for each of the
-            h poses of the place.
-        length: (k,) [m].
+        ways: (k, 2, 2 + h) of each pose tangent, in each gear: the first of the h poses that
+            it serves, its length [m], and the time along it with the turn to the heading of
+            each of these poses [s].
         pending: (p,) poses that the search is for; it goes on until none can get faster.
         box: (4,) x and y of the lower, then of the upper bound of their places [m].
     """
 
-    pose: Indices
-    cost: Array
-    length: Array
+    ways: Array
     pending: Indices
     box: Array
 
@@ -76,15 +79,13 @@ class Labels(NamedTuple):
             none, or if it was of no use for the places.
         length: (s, 2) way driven in that time [m].
         successor: (s, 2) next state on that path, or a goal tangent.
-        pose_cost: (m,) least time of each pose by its tangents [s].
-        pose_length: (m,) way driven in that time [m].
+        poses: (m, 2) least time of each pose by its tangents [s], way driven in it [m].
     """
 
     cost: Array
     length: Array
     successor: Indices
-    pose_cost: Array
-    pose_length: Array
+    poses: Array
 
 
 @kernel
@@ -137,32 +138,141 @@ def _pop(keys: Array, items: Indices, size: int) -> int:
 @kernel
 def nowhere() -> Places:
     """For a search that is for all states."""
-    return Places(
-        np.empty(0, dtype=np.int64),
-        np.empty((0, 2, 1)),
-        np.empty(0),
-        np.empty(0, dtype=np.int64),
-        np.array([-math.inf, -math.inf, math.inf, math.inf]),
-    )
+    everywhere = np.array([-math.inf, -math.inf, math.inf, math.inf])
+    return Places(np.empty((0, 2, COSTS + 1)), np.empty(0, dtype=np.int64), everywhere)
 
 
-@kernel
-def _distance_to(box: Array, x: float, y: float) -> float:
-    """Distance to a box [m]."""
+@inlined
+def _distance_to(box: Array, corners: Array, chain: int) -> float:
+    """Distance from a chain's corner to a box [m]."""
+    x, y = corners[chain // 2, X], corners[chain // 2, Y]
     dx = max(box[0] - x, x - box[2], 0.0)
     dy = max(box[1] - y, y - box[3], 0.0)
     return math.sqrt(dx * dx + dy * dy)
 
 
 @kernel
-def _slowest(costs: Array, pending: Indices) -> float:
+def _slowest(poses: Array, pending: Indices) -> float:
     """Largest of the pending poses' times [s]; infinite without any: nothing is settled."""
     if pending.size == 0:
         return math.inf
     most = 0.0
     for k in range(pending.size):
-        most = max(most, costs[pending[k]])
+        most = max(most, poses[pending[k], COST])
     return most
+
+
+@kernel
+def _top_of(turn: Array, end: int, state: int) -> int:
+    """The last state of a chain that ends before `end` whose turn differs by rounding only."""
+    top = state
+    while top + 1 < end and turn[top + 1] - turn[top] <= SAME_TURN:
+        top += 1
+    return top
+
+
+@kernel
+def _reach_poses(
+    ways: Array, best: Array, tangent: int, gear: int, time: float, length: float
+) -> bool:
+    """Offer a way to the poses of a pose tangent; whether one of them is reached faster."""
+    faster = False
+    first = int(ways[tangent, 0, POSE])
+    for k in range(ways.shape[2] - COSTS):
+        reached = time + ways[tangent, gear, COSTS + k]
+        if reached < best[first + k, COST]:
+            best[first + k, COST] = reached
+            best[first + k, DRIVEN] = length + ways[tangent, gear, LENGTH]
+            faster = True
+    return faster
+
+
+@kernel
+def _run(
+    graph: TangentGraph,
+    corners: Array,
+    places: Places,
+    labels: Labels,
+    speeds: Speeds,
+    keys: Array,
+    items: Indices,
+    size: int,
+) -> None:
+    """Work the queue off; its first `size` entries are labelled states (2 x state + gear)."""
+    chain_start, chain_of, turn = graph.chain_start, graph.chain, graph.turn
+    partner, leaves, length = graph.partner, graph.leaves, graph.length
+    cost, driven, successor = labels.cost, labels.length, labels.successor
+    ways, box, best = places.ways, places.box, labels.poses
+    limit, faster = math.inf, False
+    while size > 0:
+        key, item = keys[0], items[0]
+        size = _pop(keys, items, size)
+        if faster:
+            limit, faster = _slowest(best, places.pending), False
+        if key >= limit:
+            break
+        state, gear = item // 2, item % 2
+        chain, here = chain_of[state], cost[state, gear]
+        speed = speeds.backward if gear == BACKWARD else speeds.forward
+        ahead = _distance_to(box, corners, chain) / speed
+        if key > here + ahead:
+            continue  # a better label of this state has been walked already
+        begin, end = chain_start[chain], chain_start[chain + 1]
+        if size + end - begin > keys.size:
+            keys = np.concatenate((keys, np.empty(keys.size + end - begin)))
+            items = np.concatenate((items, np.empty(keys.size - items.size, dtype=np.int64)))
+        for s in range(_top_of(turn, end, state), begin - 1, -1):
+            found = here + abs(turn[state] - turn[s]) / speeds.turning
+            if s != state:
+                if found >= cost[s, gear] or found + ahead >= limit:
+                    if s < state:
+                        break
+                    continue
+                cost[s, gear], driven[s, gear] = found, driven[state, gear]
+                successor[s, gear] = s + 1 if s < state else s - 1
+            if leaves[s] == 1:
+                continue
+            before = partner[s]
+            if before < 0:
+                reached = _reach_poses(ways, best, -1 - before, gear, found, driven[s, gear])
+                faster = faster or reached
+                continue
+            time = found + length[s] / speed
+            key = time + _distance_to(box, corners, chain_of[before]) / speed
+            if time < cost[before, gear] and key < limit:
+                cost[before, gear], driven[before, gear] = time, driven[s, gear] + length[s]
+                successor[before, gear] = s
+                size = _push(keys, items, size, key, 2 * before + gear)
+
+
+@kernel
+def _seed(
+    graph: TangentGraph,
+    tangents: GoalTangents,
+    turning: float,
+    cost: Array,
+    driven: Array,
+    successor: Indices,
+) -> Indices:
+    """Label the last states before the goal tangents; those states, each once for a gear."""
+    seeded = np.empty(2 * tangents.turn.size, dtype=np.int64)
+    count = 0
+    for k in range(tangents.turn.size):
+        chain, leaves_at = tangents.ends[k, 0], tangents.turn[k]
+        begin, end = graph.chain_start[chain], graph.chain_start[chain + 1]
+        state = first_from(graph.turn, begin, end, leaves_at + 2.0 * SAME_TURN) - 1
+        if state < begin:
+            continue
+        turned = abs(leaves_at - graph.turn[state]) / turning
+        for gear in range(2):
+            reached = tangents.cost[k, gear] + turned
+            if reached < cost[state, gear]:
+                if cost[state, gear] == math.inf:
+                    seeded[count] = 2 * state + gear
+                    count += 1
+                cost[state, gear], driven[state, gear] = reached, tangents.length[k]
+                successor[state, gear] = FIRST_GOAL - k
+    return seeded[:count]
 
 
 @kernel
@@ -185,96 +295,21 @@ def search_back(
         poses: how many poses the places have.
     """
     count = graph.turn.size
-    cost = np.full((count, 2), math.inf)
-    driven = np.empty((count, 2))
-    successor = np.full((count, 2), NO_SUCCESSOR)
-    pose_cost, pose_length = np.full(poses, math.inf), np.zeros(poses)
-    chain_start, chain_of, turn = graph.chain_start, graph.chain, graph.turn
-    partner, leaves, length = graph.partner, graph.leaves, graph.length
-    box, turning = places.box, speeds.turning
-    pose_of, way_cost, way_length = places.pose, places.cost, places.length
-    siblings = way_cost.shape[2]
-
-    keys = np.empty(2 * count + 2 * tangents.turn.size + 1)
+    best = np.zeros((poses, 2))
+    best[:, COST] = math.inf
+    labels = Labels(
+        np.full((count, 2), math.inf),
+        np.empty((count, 2)),
+        np.full((count, 2), NO_SUCCESSOR),
+        best,
+    )
+    seeded = _seed(graph, tangents, speeds.turning, labels.cost, labels.length, labels.successor)
+    keys = np.empty(2 * count + seeded.size)
     items = np.empty(keys.size, dtype=np.int64)
-    size = 0
-    for k in range(tangents.turn.size):
-        corner = tangents.ends[k, 0] // 2
-        ahead = _distance_to(box, corners[corner, X], corners[corner, Y])
-        for gear in range(2):
-            if tangents.cost[k, gear] < math.inf:
-                speed = speeds.backward if gear == BACKWARD else speeds.forward
-                key = tangents.cost[k, gear] + ahead / speed
-                size = _push(keys, items, size, key, 2 * (count + k) + gear)
-
-    limit, stale = math.inf, False
-    while size > 0:
-        key, item = keys[0], items[0]
-        size = _pop(keys, items, size)
-        if stale:
-            limit, stale = _slowest(pose_cost, places.pending), False
-        if key >= limit:
-            break
-        gear, state = item % 2, item // 2
+    for k in range(seeded.size):
+        state, gear = seeded[k] // 2, seeded[k] % 2
         speed = speeds.backward if gear == BACKWARD else speeds.forward
-        if state < count:
-            chain = chain_of[state]
-            here, way, anchor, first = cost[state, gear], driven[state, gear], turn[state], state
-        else:
-            tangent = state - count
-            chain = tangents.ends[tangent, 0]
-            here, way = tangents.cost[tangent, gear], tangents.length[tangent]
-            anchor = tangents.turn[tangent]
-            begin, end = chain_start[chain], chain_start[chain + 1]
-            first = first_from(turn, begin, end, anchor + 2.0 * SAME_TURN) - 1
-        corner = chain // 2
-        ahead = _distance_to(box, corners[corner, X], corners[corner, Y]) / speed
-        if state < count and key > here + ahead:
-            continue  # a better label of this state has been walked already
-        while size + chain_start[chain + 1] - chain_start[chain] > keys.size:
-            keys = np.concatenate((keys, np.empty_like(keys)))
-            items = np.concatenate((items, np.empty_like(items)))
-        # what differs by rounding only lies above; then down the chain
-        last = first
-        while (
-            last + 1 < chain_start[chain + 1]
-            and last >= chain_start[chain]
-            and turn[last + 1] - turn[last] <= SAME_TURN
-        ):
-            last += 1
-        for s in range(last, chain_start[chain] - 1, -1):
-            found = here + abs(anchor - turn[s]) / turning
-            if s != state:
-                if found >= cost[s, gear]:
-                    if s <= first:
-                        break
-                    continue
-                cost[s, gear], driven[s, gear] = found, way
-                if state >= count and s == first:
-                    successor[s, gear] = FIRST_GOAL - (state - count)
-                else:
-                    successor[s, gear] = s + 1 if s < first else s - 1
-            if found + ahead >= limit and s <= first:
-                break
-            if leaves[s] == 1:
-                continue
-            before = partner[s]
-            if before < 0:
-                way_on = -1 - before
-                for k in range(siblings):
-                    time = found + way_cost[way_on, gear, k]
-                    pose = pose_of[way_on] + k
-                    if time < pose_cost[pose]:
-                        pose_cost[pose], pose_length[pose] = time, way + way_length[way_on]
-                        stale = True
-                continue
-            reached = found + length[s] / speed
-            if reached < cost[before, gear]:
-                there = chain_of[before] // 2
-                key = reached + _distance_to(box, corners[there, X], corners[there, Y]) / speed
-                if key < limit:
-                    cost[before, gear] = reached
-                    driven[before, gear] = way + length[s]
-                    successor[before, gear] = s
-                    size = _push(keys, items, size, key, 2 * before + gear)
-    return Labels(cost, driven, successor, pose_cost, pose_length)
+        ahead = _distance_to(places.box, corners, graph.chain[state]) / speed
+        _push(keys, items, k, labels.cost[state, gear] + ahead, seeded[k])
+    _run(graph, corners, places, labels, speeds, keys, items, seeded.size)
+    return labels
