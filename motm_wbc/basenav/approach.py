@@ -151,7 +151,8 @@ def approach_times(
 
     Returns:
         (m,) time [s], infinite if there is no path; the longest way driven in these times
-        [m]; distance from the pose to the nearest free point [m].
+        [m], or, where there is none, between the free points at its ends and back to them;
+        distance from the pose to the nearest free point [m].
     """
     walls, poses = approach.walls, approach.poses
     times = np.full(poses.shape[0], math.inf)
@@ -160,25 +161,38 @@ def approach_times(
     goals = free_goals(walls, goals, speeds.forward)
     push = goals[0, EXTRA] * speeds.forward
     hidden, longest = _straight_times(approach, speeds, goals, push, times)
-    if hidden.size == 0:
-        return times, longest, push
+    if hidden.size > 0:
+        longest = max(longest, _times_round_corners(approach, speeds, goals, hidden, times) + push)
+    for k in range(hidden.size):
+        if times[hidden[k]] == math.inf:
+            place = approach.places[hidden[k] // (poses.shape[0] // approach.places.shape[0])]
+            apart = math.hypot(place[X] - x, place[Y] - y)
+            longest = max(longest, apart + place[PUSH] + 2.0 * push)
+    return times, longest, push
+
+
+@kernel
+def _times_round_corners(
+    approach: Approach, speeds: Speeds, goals: Array, hidden: Indices, times: Array
+) -> float:
+    """Write the times to candidates out of sight; the longest way to one of them [m]."""
+    walls = approach.walls
     tangents = goal_tangents(walls, goals, speeds)
     pending, box = _connected(approach, tangents.ends, hidden)
-    if pending.size == 0:
-        return times, longest, push
-    labels = search_back(
-        approach.graph,
-        walls.corners,
-        tangents,
-        speeds,
-        Places(approach.ways, pending, box),
-        poses.shape[0],
-    )
-    for k in range(pending.size):
-        i = pending[k]
-        times[i] = labels.poses[i, COST]
-        longest = max(longest, labels.poses[i, DRIVEN] + push)
-    return times, longest, push
+    longest = 0.0
+    if pending.size > 0:
+        labels = search_back(
+            approach.graph,
+            walls.corners,
+            tangents,
+            speeds,
+            Places(approach.ways, pending, box),
+            approach.poses.shape[0],
+        )
+        for k in range(pending.size):
+            times[pending[k]] = labels.poses[pending[k], COST]
+            longest = max(longest, labels.poses[pending[k], DRIVEN])
+    return longest
 
 
 @kernel

@@ -68,7 +68,7 @@ class FirstLeg:
         x, y, heading = pose.tolist()
         approach, speeds = self._approach, self._speeds
         times, longest, push = approach_times(approach, speeds, x, y, heading)
-        if push > 0.0 and longest == 0.0 and len(self._ring.free) > 0:
+        if push > 0.0 and np.isinf(times).all() and len(self._ring.free) > 0:
             # the nearest free point is a pocket with no way out: the nearest one with a way
             inflated, out = self._ellipse.inflated, np.empty(2)
             goals = free_goals(inflated.walls, self._ring.free, speeds.forward)

@@ -31,11 +31,12 @@ def onward_times(
 
     Returns:
         (m,) time from each pose [s], infinite if there is no path, or it was left out; the
-        longest way driven in these times [m].
+        longest way driven in these times [m], or, where there is none, between the free
+        points at its ends and back to them.
     """
     times = np.full(poses.shape[0], math.inf)
     place = np.empty(2)
-    longest = 0.0
+    longest, pushed = 0.0, field.goals[:, EXTRA].max() * field.speeds.forward
     for i in range(poses.shape[0]):
         if rejections[i] != FREE:
             continue
@@ -47,7 +48,11 @@ def onward_times(
         time, gear, goal, chain = first_move(field, x, y, heading)
         if time < math.inf:
             times[i] = push / field.speeds.forward + time
-            longest = max(longest, push + _way(field, routes, x, y, gear, goal, chain))
+            way = pushed + _way(field, routes, x, y, gear, goal, chain)
+        else:
+            apart = math.hypot(field.goals[0, X] - x, field.goals[0, Y] - y)
+            way = apart + push + 2.0 * pushed
+        longest = max(longest, push + way)
     return times, longest
 
 
@@ -55,17 +60,13 @@ def onward_times(
 def _way(
     field: GoalField, routes: GoalRoutes, x: float, y: float, gear: int, goal: int, chain: int
 ) -> float:
-    """Length of the way that begins with a first move, up to the goal and what it was pushed."""
-    pushed = 0.0
-    for k in range(field.goals.shape[0]):
-        pushed = max(pushed, field.goals[k, EXTRA])
-    pushed *= field.speeds.forward
+    """Length of the way that begins with a first move [m]."""
     if goal >= 0:
-        return pushed + math.hypot(field.goals[goal, X] - x, field.goals[goal, Y] - y)
+        return math.hypot(field.goals[goal, X] - x, field.goals[goal, Y] - y)
     corners = field.walls.corners
     dx, dy = corners[chain // 2, X] - x, corners[chain // 2, Y] - y
     turn = chain_turn(corners, chain // 2, chain % 2, math.atan2(dy, dx))
     reached = first_from(
         field.exit_turn, field.chain_start[chain], field.chain_start[chain + 1], turn
     )
-    return pushed + math.hypot(dx, dy) + float(routes.length[reached, gear])
+    return math.hypot(dx, dy) + float(routes.length[reached, gear])
