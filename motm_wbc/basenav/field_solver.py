@@ -203,3 +203,18 @@ def solve_field(
     ring_bound = _ring_bounds(walls.ring_start, bound)
     field = GoalField(walls, start, turn, cost, bound, ring_bound, goals, speeds)
     return field, GoalRoutes(best, source, labels.successor, length)
+
+
+def no_way(walls: Walls, speeds: Speeds) -> GoalField:
+    """The field of no goal at all: infinite everywhere."""
+    chains = 2 * walls.corners.shape[0]
+    return GoalField(
+        walls=walls,
+        chain_start=np.zeros(chains + 1, dtype=np.int64),
+        exit_turn=np.empty(0),
+        exit_cost=np.empty((0, 2)),
+        chain_bound=np.full(chains, math.inf),
+        ring_bound=np.full(walls.ring_box.shape[0], math.inf),
+        goals=np.empty((0, 4)),
+        speeds=speeds,
+    )
