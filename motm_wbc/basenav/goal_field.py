@@ -136,50 +136,45 @@ def _ring_bounds(boxes: Array, ring_bound: Array, speed: float, x: float, y: flo
 
 @kernel
 def _best_goal(
-    field: GoalField, x: float, y: float, heading: float, speed: float
+    field: GoalField, x: float, y: float, heading: float, limit: float
 ) -> tuple[float, int, int]:
-    """Least time straight to a goal in sight [s], its gear, and the goal or -1."""
+    """Least time straight to a goal in sight [s], its gear, and the goal; -1 if not < `limit`."""
     corners, links = field.walls.corners, field.walls.links
     ring_start, boxes = field.walls.ring_start, field.walls.ring_box
     goals, speeds = field.goals, field.speeds
-    best, best_gear, best_goal = math.inf, FORWARD, -1
+    speed = max(speeds.forward, speeds.backward)
+    best, best_gear, best_goal = limit, FORWARD, -1
+    place, seen = -1, False
     for goal in range(goals.shape[0]):
         gx, gy = goals[goal, X], goals[goal, Y]
         dx, dy = gx - x, gy - y
         if math.sqrt(dx * dx + dy * dy) / speed + goals[goal, EXTRA] >= best:
             continue
         time, gear = _straight(goals, speeds, goal, x, y, heading)
-        if time < best and sees(corners, links, ring_start, boxes, x, y, gx, gy):
-            best, best_gear, best_goal = time, gear, goal
+        if time < best:
+            if place < 0 or goals[place, X] != gx or goals[place, Y] != gy:
+                place, seen = goal, sees(corners, links, ring_start, boxes, x, y, gx, gy)
+            if seen:
+                best, best_gear, best_goal = time, gear, goal
     return best, best_gear, best_goal
 
 
 @kernel
-def first_move(field: GoalField, x: float, y: float, heading: float) -> tuple[float, int, int, int]:
-    """Best first move from a free pose.
+def _best_chain(field: GoalField, x: float, y: float, heading: float) -> tuple[float, int, int]:
+    """Least time by a corner in sight [s], its gear, and the chain; -1 if there is none.
 
     Rings of corners are looked at in order of a lower bound of their times, and a line of
     sight is tested only for what would be the best so far.
-
-    Returns:
-        Time to the goal [s], infinite if there is no path; gear; the goal driven to
-        directly or -1; else the chain driven to.
     """
     corners, links = field.walls.corners, field.walls.links
     ring_start, boxes = field.walls.ring_start, field.walls.ring_box
     chain_start, exit_turn, exit_cost = field.chain_start, field.exit_turn, field.exit_cost
     chain_bound, speeds = field.chain_bound, field.speeds
     speed = max(speeds.forward, speeds.backward)
-    best, best_gear, best_goal = _best_goal(field, x, y, heading, speed)
-    if best_goal >= 0 and field.goals.shape[0] == 1:
-        return best, best_gear, best_goal, -1  # nothing is faster
-    best_chain = -1
+    best, best_gear, best_chain = math.inf, FORWARD, -1
     bounds = _ring_bounds(boxes, field.ring_bound, speed, x, y)
     for _ in range(bounds.size):
-        ring = 0
-        for other in range(1, bounds.size):
-            if bounds[other] < bounds[ring]:
-                ring = other
+        ring = np.argmin(bounds)
         if bounds[ring] >= best:
             break
         bounds[ring] = math.inf
@@ -198,8 +193,29 @@ def first_move(field: GoalField, x: float, y: float, heading: float) -> tuple[fl
                 corners, chain_start, exit_turn, exit_cost, speeds, 2 * corner + side, x, y, heading
             )
             if time < best and sees(corners, links, ring_start, boxes, x, y, cx, cy):
-                best, best_gear, best_goal, best_chain = time, gear, -1, 2 * corner + side
-    return best, best_gear, best_goal, best_chain
+                best, best_gear, best_chain = time, gear, 2 * corner + side
+    return best, best_gear, best_chain
+
+
+@kernel
+def first_move(field: GoalField, x: float, y: float, heading: float) -> tuple[float, int, int, int]:
+    """Best first move from a free pose.
+
+    Returns:
+        Time to the goal [s], infinite if there is no path; gear; the goal driven to
+        directly or -1; else the chain driven to.
+    """
+    many = field.goals.shape[0] > 1
+    if not many:
+        time, gear, goal = _best_goal(field, x, y, heading, math.inf)
+        if goal >= 0:
+            return time, gear, goal, -1  # nothing is faster
+    best, best_gear, chain = _best_chain(field, x, y, heading)
+    if many:  # most of them are ruled out by what is known by now
+        time, gear, goal = _best_goal(field, x, y, heading, best)
+        if goal >= 0:
+            return time, gear, goal, -1
+    return best, best_gear, -1, chain
 
 
 @kernel
