@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from motm_wbc.basenav.walls import Walls
-from motm_wbc.basenav.world import World
+from motm_wbc.basenav.world import Inflated, World
 from motm_wbc.geometry.arrays import Array
 
 SLACK = 0.5
@@ -33,6 +33,8 @@ class Ellipse:
         inflated: the free space.
         length: sum of the distances to both places, on its rim [m].
     """
+
+    inflated: Inflated
 
     def __init__(self, radius: float) -> None:
         """Of the free space of a disc with this radius [m]; look at a world first."""

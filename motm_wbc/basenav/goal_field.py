@@ -219,6 +219,29 @@ def first_move(field: GoalField, x: float, y: float, heading: float) -> tuple[fl
 
 
 @kernel
+def _enter_and_move(
+    field: GoalField, x: float, y: float, heading: float, place: Array
+) -> tuple[float, float]:
+    """`enter`, and the time to the goal from there [s]."""
+    distance = push_out(field.walls, x, y, place)
+    if distance <= TOUCH:
+        place[0], place[1], distance = x, y, 0.0
+    time = first_move(field, place[0], place[1], heading)[0]
+    if distance == 0.0 or time < math.inf:
+        return distance, time
+    point = np.empty(2)
+    best = math.inf
+    for ring in range(field.walls.ring_box.shape[0]):
+        away = nearest_on_ring(field.walls, ring, x, y, point)
+        if away < best:
+            found = first_move(field, point[0], point[1], heading)[0]
+            if found < math.inf:
+                best, time = away, found
+                place[0], place[1] = point[0], point[1]
+    return (best if best < math.inf else distance), time
+
+
+@kernel
 def enter(field: GoalField, x: float, y: float, heading: float, place: Array) -> float:
     """Distance from a pose to where its path to the goal enters free space [m].
 
@@ -226,20 +249,7 @@ def enter(field: GoalField, x: float, y: float, heading: float, place: Array) ->
     goal can't be reached from there, the nearest point of another outline from which it can.
     The point is written to `place` (2,).
     """
-    distance = push_out(field.walls, x, y, place)
-    if distance <= TOUCH:
-        place[0], place[1] = x, y
-        return 0.0
-    if first_move(field, place[0], place[1], heading)[0] < math.inf:
-        return distance
-    point = np.empty(2)
-    best = math.inf
-    for ring in range(field.walls.ring_box.shape[0]):
-        away = nearest_on_ring(field.walls, ring, x, y, point)
-        if away < best and first_move(field, point[0], point[1], heading)[0] < math.inf:
-            best = away
-            place[0], place[1] = point[0], point[1]
-    return best if best < math.inf else distance
+    return _enter_and_move(field, x, y, heading, place)[0]
 
 
 @kernel
@@ -262,6 +272,5 @@ def cost_to_go(field: GoalField, x: float, y: float, heading: float) -> float:
     """
     if not is_blocked(field.walls, x, y):
         return first_move(field, x, y, heading)[0]
-    place = np.empty(2)
-    push = enter(field, x, y, heading, place) / field.speeds.forward
-    return push + first_move(field, place[0], place[1], heading)[0]
+    push, time = _enter_and_move(field, x, y, heading, np.empty(2))
+    return push / field.speeds.forward + time
