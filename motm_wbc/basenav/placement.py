@@ -135,6 +135,8 @@ class BasePlacement:
         pose = _checked(pose, 3, "pose")
         object_xy = _checked(object_xy, 2, "object_xy")
         next_xy = None if next_xy is None else _checked(next_xy, 2, "next_xy")
+        previous = _NOWHERE if previous is None else _checked(previous, 3, "previous")
+        stop_pose = None if stop_pose is None else _checked(stop_pose, 3, "stop_pose")
         task = self._task(object_xy, next_xy, region)
         leg1, robot_push = task.first.times(self._world, pose)
         leg2 = task.leg2()
@@ -150,7 +152,7 @@ class BasePlacement:
             wait.expected,
             wait.open_end,
             self._rules,
-            _NOWHERE if previous is None else previous,
+            previous,
         )
         stop_cost = math.inf
         if stop_pose is not None and self.parameters.stop_here:
@@ -276,13 +278,13 @@ def _region_key(region: ReachRegion | None) -> Key:
 
 
 def _checked(values: Array, size: int, where: str) -> Array:
-    """The first `size` numbers, finite."""
-    numbers = np.asarray(values, dtype=float)
+    """The first `size` numbers as the kernels take them, if they are finite."""
+    numbers = np.ascontiguousarray(values, dtype=float)
     if numbers.ndim != 1 or len(numbers) < size:
         raise InputError(f"must be {size} numbers", where)
     if not all(map(math.isfinite, numbers[:size].tolist())):
         raise InputError("must be finite numbers", where)
-    return numbers[:size]
+    return numbers if len(numbers) == size else numbers[:size]
 
 
 def _keep(store: OrderedDict[Key, Kept], key: Key, value: Kept) -> None:
