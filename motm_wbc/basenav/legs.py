@@ -17,7 +17,7 @@ from motm_wbc.basenav.field_solver import GoalRoutes, free_goals, solve_field
 from motm_wbc.basenav.goal_field import EXTRA, GoalField, enter
 from motm_wbc.basenav.onward import onward_times
 from motm_wbc.basenav.pathrtr import Speeds
-from motm_wbc.basenav.ring import Ring
+from motm_wbc.basenav.ring import FREE, Ring
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry.arrays import Array
 
@@ -68,15 +68,44 @@ class FirstLeg:
         x, y, heading = pose.tolist()
         approach, speeds = self._approach, self._speeds
         times, longest, push = approach_times(approach, speeds, x, y, heading)
-        if push > 0.0 and np.isinf(times).all() and len(self._ring.free) > 0:
-            # the nearest free point is a pocket with no way out: the nearest one with a way
-            inflated, out = self._ellipse.inflated, np.empty(2)
-            goals = free_goals(inflated.walls, self._ring.free, speeds.forward)
-            toward, _ = solve_field(inflated.walls, inflated.graph, goals, speeds)
-            push = enter(toward, x, y, heading, out)
-            times, longest, _ = approach_times(approach, speeds, out[0], out[1], heading)
-            times, longest = times + push / speeds.forward, longest + push
+        if push > 0.0:
+            longest, push = self._enter_elsewhere(pose, times, longest, push)
         return times, longest, push
+
+    def _enter_elsewhere(
+        self, pose: Array, times: Array, longest: float, push: float
+    ) -> tuple[float, float]:
+        """Times to what the nearest free point does not lead to, by the nearest one that does.
+
+        The robot stands inside an inflated obstacle, say in a narrow door, and may leave it
+        to either side. Each round fills in at least one time.
+
+        Args:
+            pose: (3,) the robot's.
+            times: (m,) to be filled in [s].
+            longest: the longest way so far [m].
+            push: distance to the nearest free point [m].
+
+        Returns:
+            The longest way; distance to the nearest point that leads to a candidate [m].
+        """
+        (x, y, heading), approach, speeds = pose.tolist(), self._approach, self._speeds
+        inflated, ring, place = self._ellipse.inflated, self._ring, np.empty(2)
+        missing = (ring.rejections == FREE) & np.isinf(times)
+        while missing.any():
+            goals = free_goals(inflated.walls, ring.poses[missing], speeds.forward)
+            toward, _ = solve_field(inflated.walls, inflated.graph, goals, speeds)
+            away = enter(toward, x, y, heading, place)
+            found, farthest, _ = approach_times(approach, speeds, place[0], place[1], heading)
+            reached = missing & np.isfinite(found)
+            if not reached.any():
+                break
+            if np.isinf(times).all():
+                push = away
+            times[reached] = found[reached] + away / speeds.forward
+            longest = max(longest, farthest + away)
+            missing &= ~reached
+        return longest, push
 
 
 class SecondLeg:

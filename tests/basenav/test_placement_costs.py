@@ -92,7 +92,8 @@ def check(seed, count, parameters=COARSE):
     return result
 
 
-@pytest.mark.parametrize("seed", range(24))
+# 1294: the robot's nearest free point leads to some of the candidates only
+@pytest.mark.parametrize("seed", [*range(24), 1294])
 def test_costs_are_those_of_one_search_for_each_pose(seed):
     check(seed, count=seed % 26)
 
