@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, TypedDict
 
 import numpy as np
@@ -28,6 +30,7 @@ MOST = 400
 SCENES = 10
 STEPS = 160  # of a base of 0.5 m/s and 20 Hz, over the 4 m to the object
 MOVES = 40
+_LOCAL_PLANNER = "motm_wbc.experiments.bench.basenav_staa"
 _MICRO = 1e-3  # us in a ns
 
 
@@ -79,6 +82,11 @@ def bench_basenav(
     for name, title, call in _entries(scenes, steps, moves):
         progress(f"timing: {title}")
         result.figures[name], result.titles[name] = call(), title
+    if find_spec(_LOCAL_PLANNER) is not None:
+        progress("timing: the local planner")
+        found = import_module(_LOCAL_PLANNER).local_planner_figures()
+        result.figures.update(found)
+        result.titles.update({name: "local planner" for name in found})
     return result
 
 
