@@ -270,7 +270,10 @@ def check_command(
 @app.command("bench")
 def bench_command(
     what: Annotated[
-        str, typer.Argument(help="wholebody: a step of the whole-body controller.")
+        str,
+        typer.Argument(
+            help="wholebody: a step of the whole-body controller; basenav: base navigation."
+        ),
     ] = "wholebody",
     peers: Annotated[
         Path, typer.Option(help="Folder with the other libraries' environments.")
@@ -278,12 +281,24 @@ def bench_command(
     rounds: Annotated[int, typer.Option(min=1, help="Passes over each problem.")] = 10,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> int:
-    """Time the controller, beside other libraries where they are installed."""
-    from motm_wbc.experiments.bench.table import rows
+    """Time the controller, beside other libraries where they are installed; or navigation."""
+    from motm_wbc.experiments.bench.basenav import bench_basenav
+    from motm_wbc.experiments.bench.table import nav_rows, rows
     from motm_wbc.experiments.bench.wholebody import bench_wholebody
 
-    if what != "wholebody":
-        raise UnknownName("benchmark", what, ["wholebody"])
+    if what not in ("wholebody", "basenav"):
+        raise UnknownName("benchmark", what, ["basenav", "wholebody"])
+    if what == "basenav":
+        with Console(stderr=True).status("") as status:
+            navigation = bench_basenav(scenes=rounds, progress=status.update)
+        if as_json:
+            print(json.dumps(navigation.figures))
+            return OK
+        table = _listing("one call", "median [us]", "p99 CPU [us]")
+        for line in nav_rows(navigation):
+            table.add_row(*line)
+        Console().print(table)
+        return OK
     with Console(stderr=True).status("") as status:
         result = bench_wholebody(peers, rounds=rounds, progress=status.update)
     for name, reason in result.missing.items():

@@ -14,13 +14,19 @@ import numpy as np
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
 from motm_wbc.basenav.goal_field import HEADING, GoalField, enter, first_move
 from motm_wbc.basenav.pathrtr import BACKWARD
-from motm_wbc.basenav.walls import TOUCH, X, Y
+from motm_wbc.basenav.ring import FREE
+from motm_wbc.basenav.walls import TOUCH, Indices, X, Y
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 
 _TURN_STEP = 0.01  # [m] that the outline's farthest corner moves from check to check
 _PULL_STEP = 0.04  # [m]
 _PULL_LIMIT = 5.0  # how far to pull out straight, in radii of the outline
+
+
+def pull_out_limit(outline: Outline) -> float:
+    """How far a base pulls out straight at most [m]."""
+    return _PULL_LIMIT * outline.radius
 
 
 @kernel
@@ -145,12 +151,15 @@ def departure_times(
     edges: EdgeMap,
     outline: Outline,
     poses: Array,
+    rejections: Indices,
     margin: float,
     alpha_max: float,
 ) -> Array:
-    """`departure_time` of each of `poses` (m, 3)."""
-    times = np.empty(len(poses))
+    """`departure_time` of each of `poses` (m, 3) that is `FREE`; infinite for the others."""
+    times = np.full(len(poses), math.inf)
     for i in range(len(poses)):
+        if rejections[i] != FREE:
+            continue
         x, y, heading = poses[i, 0], poses[i, 1], poses[i, 2]
         times[i] = departure_time(field, edges, outline, x, y, heading, margin, alpha_max)
     return times

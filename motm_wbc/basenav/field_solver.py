@@ -8,15 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
-from motm_wbc.basenav.graph import TangentGraph, chain_turn
+from motm_wbc.basenav.graph import TangentGraph, chain_turn, sort_by_chain
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
-from motm_wbc.basenav.search import remaining_times
-from motm_wbc.basenav.visibility import (
-    NEITHER,
-    line_of_sight,
-    may_be_tangent,
-    tangent_side,
-)
+from motm_wbc.basenav.search import GoalTangents, Labels, nowhere, search_back
+from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, push_out, sees, tangent_side
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
@@ -29,86 +24,96 @@ class GoalRoutes(NamedTuple):
         best: (e, 2) the exit that `exit_cost` is reached by, in each gear.
         leads_to: (e,) the state that the exit is, or -1 - goal tangent.
         successor: (s, 2) next state, or a goal tangent (see `search`), in each gear.
+        length: (e, 2) way driven in the time `exit_cost` [m], in each gear.
     """
 
     best: Indices
     leads_to: Indices
     successor: Indices
+    length: Array
 
 
 @kernel
-def _goal_tangents(walls: Walls, goals: Array, speeds: Speeds) -> tuple[Indices, Array]:
-    """Tangents from corners to goals in sight.
+def free_goals(walls: Walls, goals: Array, speed: float) -> Array:
+    """Goals (g, 3) as (g, 4) rows of `GoalField.goals`, at free places.
 
-    Returns:
-        (t, 2) chain and goal; (t, 3) turn on the chain [rad], time [s] in either gear.
+    What lies inside inflated obstacles is pushed out to the nearest free point; the distance
+    counts at `speed` [m/s].
     """
-    corners = walls.corners
+    rows = np.empty((goals.shape[0], 4))
+    for k in range(goals.shape[0]):
+        push = push_out(walls, goals[k, X], goals[k, Y], rows[k])
+        if push <= TOUCH or push == math.inf:
+            rows[k, X], rows[k, Y] = goals[k, X], goals[k, Y]
+        rows[k, HEADING] = goals[k, HEADING]
+        rows[k, EXTRA] = push / speed if push > TOUCH else 0.0
+    return rows
+
+
+@kernel
+def goal_tangents(walls: Walls, goals: Array, speeds: Speeds) -> GoalTangents:
+    """Tangents from corners to goals (g, 4), as in `GoalField`, in sight of each other."""
+    corners, links = walls.corners, walls.links
+    ring_start, boxes = walls.ring_start, walls.ring_box
     most = 2 * corners.shape[0] * goals.shape[0]
     ends = np.empty((most, 2), dtype=np.int64)
-    values = np.empty((most, 3))
-    count = 0
+    shape = np.empty((most, 3))  # direction, turn, length
+    cost = np.empty((most, 2))
+    count, before = 0, 0
     for goal in range(goals.shape[0]):
         x, y, heading = goals[goal, X], goals[goal, Y], goals[goal, HEADING]
-        for corner in range(corners.shape[0]):
-            dx, dy = x - corners[corner, X], y - corners[corner, Y]
-            if not may_be_tangent(corners, corner, dx, dy):
-                continue
-            length = math.sqrt(dx * dx + dy * dy)
-            if length <= TOUCH:
-                continue
-            side = tangent_side(corners, walls.links, corner, dx / length, dy / length)
-            if side == NEITHER or not line_of_sight(
-                walls, corners[corner, X], corners[corner, Y], x, y
-            ):
-                continue
-            angle = math.atan2(dy, dx)
-            ends[count, 0], ends[count, 1] = 2 * corner + side, goal
-            values[count, 0] = chain_turn(corners, corner, side, angle)
+        first, last = count, count
+        if goal > 0 and x == goals[goal - 1, X] and y == goals[goal - 1, Y]:
+            first, last = before, count  # another heading at the same place
+        before = count
+        if first == last:
+            for corner in range(corners.shape[0]):
+                cx, cy = corners[corner, X], corners[corner, Y]
+                dx, dy = x - cx, y - cy
+                if not may_be_tangent(corners, corner, dx, dy):
+                    continue
+                length = math.sqrt(dx * dx + dy * dy)
+                if length <= TOUCH:
+                    continue
+                side = tangent_side(corners, links, corner, dx / length, dy / length)
+                if side == NEITHER or not sees(corners, links, ring_start, boxes, cx, cy, x, y):
+                    continue
+                angle = math.atan2(dy, dx)
+                ends[count, 0] = 2 * corner + side
+                shape[count, 0], shape[count, 2] = angle, length
+                shape[count, 1] = chain_turn(corners, corner, side, angle)
+                count += 1
+        else:
+            for k in range(first, last):
+                ends[count, 0] = ends[k, 0]
+                shape[count] = shape[k]
+                count += 1
+        for k in range(before, count):
+            ends[k, 1] = goal
             for gear in range(2):
                 speed = speeds.backward if gear == BACKWARD else speeds.forward
-                turned = end_turn(angle, heading, gear) / speeds.turning
-                drive = length / speed if speed > 0.0 else math.inf
-                values[count, 1 + gear] = turned + drive + goals[goal, EXTRA]
-            count += 1
-    return ends[:count], values[:count]
-
-
-@kernel
-def _sort_by_chain(ends: Indices, values: Array, chains: int) -> tuple[Indices, Indices]:
-    """Order of the goal tangents by chain, then turn, and the first one of each chain."""
-    start = np.zeros(chains + 1, dtype=np.int64)
-    for k in range(ends.shape[0]):
-        start[ends[k, 0] + 1] += 1
-    for chain in range(chains):
-        start[chain + 1] += start[chain]
-    filled = start[:-1].copy()
-    order = np.empty(ends.shape[0], dtype=np.int64)
-    for k in range(ends.shape[0]):
-        chain = ends[k, 0]
-        place = filled[chain]
-        filled[chain] += 1
-        while place > start[chain] and values[order[place - 1], 0] > values[k, 0]:
-            order[place] = order[place - 1]
-            place -= 1
-        order[place] = k
-    return order, start
+                turned = end_turn(shape[k, 0], heading, gear) / speeds.turning
+                drive = shape[k, 2] / speed if speed > 0.0 else math.inf
+                cost[k, gear] = turned + drive + goals[goal, EXTRA]
+    return GoalTangents(
+        ends[:count], shape[:count, 1].copy(), cost[:count], shape[:count, 2].copy()
+    )
 
 
 @kernel
 def _merge_exits(
-    graph: TangentGraph, chain_cost: Array, goal_start: Indices, goal_turn: Array, goal_cost: Array
-) -> tuple[Indices, Array, Array, Indices]:
+    graph: TangentGraph, labels: Labels, goal_start: Indices, tangents: GoalTangents
+) -> tuple[Indices, Array, Array, Array, Indices]:
     """States and goal tangents of each chain, in one ascending order.
 
     Returns:
-        First exit of each chain; turn and costs of the exits; the state that each one is, or
-        -1 - goal tangent.
+        First exit of each chain; turn, costs and lengths of the exits; the state that each
+        one is, or -1 - goal tangent.
     """
-    total = graph.turn.size + goal_turn.size
+    total = graph.turn.size + tangents.turn.size
     start = np.empty_like(graph.chain_start)
     turn = np.empty(total)
-    cost = np.empty((total, 2))
+    cost, length = np.empty((total, 2)), np.empty((total, 2))
     source = np.empty(total, dtype=np.int64)
     place = 0
     for chain in range(start.size - 1):
@@ -117,22 +122,28 @@ def _merge_exits(
         last_state, last_tangent = graph.chain_start[chain + 1], goal_start[chain + 1]
         while state < last_state or tangent < last_tangent:
             if tangent == last_tangent or (
-                state < last_state and graph.turn[state] <= goal_turn[tangent]
+                state < last_state and graph.turn[state] <= tangents.turn[tangent]
             ):
                 turn[place], source[place] = graph.turn[state], state
-                cost[place, 0], cost[place, 1] = chain_cost[state, 0], chain_cost[state, 1]
+                for gear in range(2):
+                    cost[place, gear] = labels.cost[state, gear]
+                    length[place, gear] = labels.length[state, gear]
                 state += 1
             else:
-                turn[place], source[place] = goal_turn[tangent], -1 - tangent
-                cost[place, 0], cost[place, 1] = goal_cost[tangent, 0], goal_cost[tangent, 1]
+                turn[place], source[place] = tangents.turn[tangent], -1 - tangent
+                for gear in range(2):
+                    cost[place, gear] = tangents.cost[tangent, gear]
+                    length[place, gear] = tangents.length[tangent]
                 tangent += 1
             place += 1
     start[-1] = place
-    return start, turn, cost, source
+    return start, turn, cost, length, source
 
 
 @kernel
-def _best_onward(start: Indices, turn: Array, cost: Array, turning: float) -> Indices:
+def _best_onward(
+    start: Indices, turn: Array, cost: Array, length: Array, turning: float
+) -> Indices:
     """Lowers each exit's cost to that of going on to a later one; which one that is."""
     best = np.empty(cost.shape, dtype=np.int64)
     for gear in range(2):
@@ -143,6 +154,7 @@ def _best_onward(start: Indices, turn: Array, cost: Array, turning: float) -> In
                     onward = cost[k + 1, gear] + (turn[k + 1] - turn[k]) / turning
                     if onward < cost[k, gear]:
                         cost[k, gear] = onward
+                        length[k, gear] = length[k + 1, gear]
                         best[k, gear] = best[k + 1, gear]
     return best
 
@@ -158,6 +170,16 @@ def _chain_bounds(start: Indices, cost: Array) -> Array:
 
 
 @kernel
+def _ring_bounds(ring_start: Indices, chain_bound: Array) -> Array:
+    """Least time to a goal from anywhere on each ring [s]."""
+    bound = np.full(ring_start.size - 1, math.inf)
+    for ring in range(bound.size):
+        for chain in range(2 * ring_start[ring], 2 * ring_start[ring + 1]):
+            bound[ring] = min(bound[ring], chain_bound[chain])
+    return bound
+
+
+@kernel
 def solve_field(
     walls: Walls, graph: TangentGraph, goals: Array, speeds: Speeds
 ) -> tuple[GoalField, GoalRoutes]:
@@ -169,24 +191,18 @@ def solve_field(
         goals: (g, 4) as in `GoalField`, at free places.
         speeds: speeds of the base.
     """
-    ends, values = _goal_tangents(walls, goals, speeds)
-    order, goal_start = _sort_by_chain(ends, values, 2 * walls.corners.shape[0])
-    goal_turn = values[order, 0]
-    goal_cost = values[order, 1:]
-    chain_cost = np.full((graph.turn.size, 2), math.inf)
-    successor = np.full((graph.turn.size, 2), -1)
-    for gear in range(2 if speeds.backward > 0.0 else 1):
-        speed = speeds.backward if gear == BACKWARD else speeds.forward
-        cost, then = remaining_times(
-            graph, goal_start, goal_turn, goal_cost[:, gear].copy(), speed, speeds.turning
-        )
-        chain_cost[:, gear] = cost
-        successor[:, gear] = then
-    start, turn, cost_on, source = _merge_exits(graph, chain_cost, goal_start, goal_turn, goal_cost)
-    best = _best_onward(start, turn, cost_on, speeds.turning)
-    bound = _chain_bounds(start, cost_on)
-    field = GoalField(walls, start, turn, cost_on, bound, goals, speeds)
-    return field, GoalRoutes(best, source, successor)
+    found = goal_tangents(walls, goals, speeds)
+    order, goal_start = sort_by_chain(found.ends[:, 0], found.turn, 2 * walls.corners.shape[0])
+    tangents = GoalTangents(
+        found.ends[order], found.turn[order], found.cost[order], found.length[order]
+    )
+    labels = search_back(graph, walls.corners, tangents, speeds, nowhere(), 0)
+    start, turn, cost, length, source = _merge_exits(graph, labels, goal_start, tangents)
+    best = _best_onward(start, turn, cost, length, speeds.turning)
+    bound = _chain_bounds(start, cost)
+    ring_bound = _ring_bounds(walls.ring_start, bound)
+    field = GoalField(walls, start, turn, cost, bound, ring_bound, goals, speeds)
+    return field, GoalRoutes(best, source, labels.successor, length)
 
 
 def no_way(walls: Walls, speeds: Speeds) -> GoalField:
@@ -198,6 +214,7 @@ def no_way(walls: Walls, speeds: Speeds) -> GoalField:
         exit_turn=np.empty(0),
         exit_cost=np.empty((0, 2)),
         chain_bound=np.full(chains, math.inf),
+        ring_bound=np.full(walls.ring_box.shape[0], math.inf),
         goals=np.empty((0, 4)),
         speeds=speeds,
     )

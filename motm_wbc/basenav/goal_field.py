@@ -1,8 +1,7 @@
 """Exact PathRTR time from any pose to a goal, out of one backward search for each goal.
 
 A query is the straight line to the goal, or a tangent from the pose to a corner and the
-remaining time from there, which depends on the direction of arrival: candidates are taken
-in order of their time, so that the first one in sight is the optimum.
+remaining time from there, which depends on the direction of arrival.
 """
 
 from __future__ import annotations
@@ -13,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.graph import chain_turn
-from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, direct_time, end_turn
+from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, end_turn, turn_between
 from motm_wbc.basenav.search import first_from
 from motm_wbc.basenav.visibility import (
     NEITHER,
     is_blocked,
-    line_of_sight,
     may_be_tangent,
     nearest_on_ring,
     push_out,
@@ -43,6 +41,7 @@ class GoalField(NamedTuple):
         exit_cost: (e, 2) time to a goal from there [s], by this exit or a later one of the
             chain, forward and backward.
         chain_bound: (2 n,) least time to a goal from anywhere on a chain [s].
+        ring_bound: (r,) the same of all chains of a ring.
         goals: (g, 4) x, y [m], heading [rad] or NaN if free, time added [s].
         speeds: speeds of the base.
     """
@@ -52,6 +51,7 @@ class GoalField(NamedTuple):
     exit_turn: Array
     exit_cost: Array
     chain_bound: Array
+    ring_bound: Array
     goals: Array
     speeds: Speeds
 
@@ -93,7 +93,7 @@ def _by_corner(
     turned = end_turn(angle, heading, FORWARD)
     ahead = by_chain(chain_start, exit_turn, exit_cost, chain, turn, FORWARD, speeds.turning)
     ahead += turned / speeds.turning + length / speeds.forward
-    if speeds.backward > 0.0:
+    if speeds.backward > 0.0 and length / speeds.backward < ahead:
         turned = end_turn(angle, heading, BACKWARD)
         back = by_chain(chain_start, exit_turn, exit_cost, chain, turn, BACKWARD, speeds.turning)
         back += turned / speeds.turning + length / speeds.backward
@@ -108,91 +108,93 @@ def _straight(
 ) -> tuple[float, int]:
     """Time straight to a goal [s], and the better gear."""
     dx, dy = goals[goal, X] - x, goals[goal, Y] - y
-    toward = goals[goal, HEADING]
-    ahead = direct_time(dx, dy, heading, toward, speeds, FORWARD)
-    back = direct_time(dx, dy, heading, toward, speeds, BACKWARD)
-    gear = BACKWARD if back < ahead else FORWARD
-    return min(ahead, back) + goals[goal, EXTRA], gear
-
-
-@lean
-def _add_corners(
-    corners: Array,
-    links: Indices,
-    chain_bound: Array,
-    speed: float,
-    x: float,
-    y: float,
-    bounds: Array,
-    moves: Indices,
-) -> int:
-    """Tangents from (x, y) to corners as candidates, with a lower bound of their time.
-
-    A move is 4 x chain: not refined yet. Returns how many there are.
-    """
-    count = 0
-    for corner in range(corners.shape[0]):
-        dx, dy = corners[corner, X] - x, corners[corner, Y] - y
-        if not may_be_tangent(corners, corner, dx, dy):
-            continue
-        length = math.sqrt(dx * dx + dy * dy)
-        if length <= TOUCH:
-            continue
-        side = tangent_side(corners, links, corner, dx / length, dy / length)
-        if side == NEITHER:
-            continue
-        chain = 2 * corner + side
-        bounds[count] = length / speed + chain_bound[chain]
-        moves[count] = 4 * chain
-        count += 1
-    return count
+    length = math.sqrt(dx * dx + dy * dy)
+    toward, extra = goals[goal, HEADING], goals[goal, EXTRA]
+    if length <= TOUCH:
+        return turn_between(heading, toward) / speeds.turning + extra, FORWARD
+    direction = math.atan2(dy, dx)
+    turned = end_turn(direction, heading, FORWARD) + end_turn(direction, toward, FORWARD)
+    ahead = turned / speeds.turning + length / speeds.forward
+    if speeds.backward > 0.0 and length / speeds.backward < ahead:
+        turned = end_turn(direction, heading, BACKWARD) + end_turn(direction, toward, BACKWARD)
+        back = turned / speeds.turning + length / speeds.backward
+        if back < ahead:
+            return back + extra, BACKWARD
+    return ahead + extra, FORWARD
 
 
 @kernel
-def _first_in_sight(
-    field: GoalField,
-    x: float,
-    y: float,
-    heading: float,
-    bounds: Array,
-    moves: Indices,
-    count: int,
-) -> tuple[float, int, int, int]:
-    """The best of some candidates, as `first_move` returns it.
+def _ring_bounds(boxes: Array, ring_bound: Array, speed: float, x: float, y: float) -> Array:
+    """(r,) lower bound of the time to a goal over the corners of each ring [s]."""
+    bounds = np.empty(boxes.shape[0])
+    for ring in range(bounds.size):
+        dx = max(boxes[ring, 0] - x, x - boxes[ring, 2], 0.0)
+        dy = max(boxes[ring, 1] - y, y - boxes[ring, 3], 0.0)
+        bounds[ring] = ring_bound[ring] + math.sqrt(dx * dx + dy * dy) / speed
+    return bounds
 
-    The least one is taken each time; if it has only its lower bound, it is refined, if it is
-    not in sight, it is dropped.
+
+@kernel
+def _best_goal(
+    field: GoalField, x: float, y: float, heading: float, limit: float
+) -> tuple[float, int, int]:
+    """Least time straight to a goal in sight [s], its gear, and the goal; -1 if not < `limit`."""
+    corners, links = field.walls.corners, field.walls.links
+    ring_start, boxes = field.walls.ring_start, field.walls.ring_box
+    goals, speeds = field.goals, field.speeds
+    speed = max(speeds.forward, speeds.backward)
+    best, best_gear, best_goal = limit, FORWARD, -1
+    place, seen = -1, False
+    for goal in range(goals.shape[0]):
+        gx, gy = goals[goal, X], goals[goal, Y]
+        dx, dy = gx - x, gy - y
+        if math.sqrt(dx * dx + dy * dy) / speed + goals[goal, EXTRA] >= best:
+            continue
+        time, gear = _straight(goals, speeds, goal, x, y, heading)
+        if time < best:
+            if place < 0 or goals[place, X] != gx or goals[place, Y] != gy:
+                place, seen = goal, sees(corners, links, ring_start, boxes, x, y, gx, gy)
+            if seen:
+                best, best_gear, best_goal = time, gear, goal
+    return best, best_gear, best_goal
+
+
+@kernel
+def _best_chain(field: GoalField, x: float, y: float, heading: float) -> tuple[float, int, int]:
+    """Least time by a corner in sight [s], its gear, and the chain; -1 if there is none.
+
+    Rings of corners are looked at in order of a lower bound of their times, and a line of
+    sight is tested only for what would be the best so far.
     """
     corners, links = field.walls.corners, field.walls.links
     ring_start, boxes = field.walls.ring_start, field.walls.ring_box
     chain_start, exit_turn, exit_cost = field.chain_start, field.exit_turn, field.exit_cost
-    goals, speeds = field.goals, field.speeds
-    while count > 0:
-        best = 0
-        for k in range(1, count):
-            if bounds[k] < bounds[best]:
-                best = k
-        time, move = bounds[best], moves[best]
-        if time == math.inf:
+    chain_bound, speeds = field.chain_bound, field.speeds
+    speed = max(speeds.forward, speeds.backward)
+    best, best_gear, best_chain = math.inf, FORWARD, -1
+    bounds = _ring_bounds(boxes, field.ring_bound, speed, x, y)
+    for _ in range(bounds.size):
+        ring = np.argmin(bounds)
+        if bounds[ring] >= best:
             break
-        goal, chain, gear = -1, -1, move % 2
-        if move < 0:
-            goal, gear = (-1 - move) // 2, (-1 - move) % 2
-            tx, ty = goals[goal, X], goals[goal, Y]
-        else:
-            chain = move // 4
-            tx, ty = corners[chain // 2, X], corners[chain // 2, Y]
-            if move % 4 < 2:
-                bounds[best], gear = _by_corner(
-                    corners, chain_start, exit_turn, exit_cost, speeds, chain, x, y, heading
-                )
-                moves[best] = 4 * chain + 2 + gear
+        bounds[ring] = math.inf
+        for corner in range(ring_start[ring], ring_start[ring + 1]):
+            cx, cy = corners[corner, X], corners[corner, Y]
+            dx, dy = cx - x, cy - y
+            if not may_be_tangent(corners, corner, dx, dy):
                 continue
-        if sees(corners, links, ring_start, boxes, x, y, tx, ty):
-            return time, gear, goal, chain
-        count -= 1
-        bounds[best], moves[best] = bounds[count], moves[count]
-    return math.inf, FORWARD, -1, -1
+            length = math.sqrt(dx * dx + dy * dy)
+            if length <= TOUCH:
+                continue
+            side = tangent_side(corners, links, corner, dx / length, dy / length)
+            if side == NEITHER or length / speed + chain_bound[2 * corner + side] >= best:
+                continue
+            time, gear = _by_corner(
+                corners, chain_start, exit_turn, exit_cost, speeds, 2 * corner + side, x, y, heading
+            )
+            if time < best and sees(corners, links, ring_start, boxes, x, y, cx, cy):
+                best, best_gear, best_chain = time, gear, 2 * corner + side
+    return best, best_gear, best_chain
 
 
 @kernel
@@ -203,29 +205,40 @@ def first_move(field: GoalField, x: float, y: float, heading: float) -> tuple[fl
         Time to the goal [s], infinite if there is no path; gear; the goal driven to
         directly or -1; else the chain driven to.
     """
-    goals = field.goals
-    if goals.shape[0] == 1 and line_of_sight(field.walls, x, y, goals[0, X], goals[0, Y]):
-        time, gear = _straight(goals, field.speeds, 0, x, y, heading)  # nothing is faster
-        return time, gear, 0, -1
-    most = goals.shape[0] + field.walls.corners.shape[0]
-    bounds = np.empty(most)
-    moves = np.empty(most, dtype=np.int64)
-    count = _add_corners(
-        field.walls.corners,
-        field.walls.links,
-        field.chain_bound,
-        field.speeds.forward,
-        x,
-        y,
-        bounds,
-        moves,
-    )
-    if goals.shape[0] > 1:
-        for goal in range(goals.shape[0]):
-            bounds[count], gear = _straight(goals, field.speeds, goal, x, y, heading)
-            moves[count] = -1 - (2 * goal + gear)
-            count += 1
-    return _first_in_sight(field, x, y, heading, bounds, moves, count)
+    many = field.goals.shape[0] > 1
+    if not many:
+        time, gear, goal = _best_goal(field, x, y, heading, math.inf)
+        if goal >= 0:
+            return time, gear, goal, -1  # nothing is faster
+    best, best_gear, chain = _best_chain(field, x, y, heading)
+    if many:  # most of them are ruled out by what is known by now
+        time, gear, goal = _best_goal(field, x, y, heading, best)
+        if goal >= 0:
+            return time, gear, goal, -1
+    return best, best_gear, -1, chain
+
+
+@kernel
+def _enter_and_move(
+    field: GoalField, x: float, y: float, heading: float, place: Array
+) -> tuple[float, float]:
+    """`enter`, and the time to the goal from there [s]."""
+    distance = push_out(field.walls, x, y, place)
+    if distance <= TOUCH:
+        place[0], place[1], distance = x, y, 0.0
+    time = first_move(field, place[0], place[1], heading)[0]
+    if distance == 0.0 or time < math.inf:
+        return distance, time
+    point = np.empty(2)
+    best = math.inf
+    for ring in range(field.walls.ring_box.shape[0]):
+        away = nearest_on_ring(field.walls, ring, x, y, point)
+        if away < best:
+            found = first_move(field, point[0], point[1], heading)[0]
+            if found < math.inf:
+                best, time = away, found
+                place[0], place[1] = point[0], point[1]
+    return (best if best < math.inf else distance), time
 
 
 @kernel
@@ -236,20 +249,7 @@ def enter(field: GoalField, x: float, y: float, heading: float, place: Array) ->
     goal can't be reached from there, the nearest point of another outline from which it can.
     The point is written to `place` (2,).
     """
-    distance = push_out(field.walls, x, y, place)
-    if distance <= TOUCH:
-        place[0], place[1] = x, y
-        return 0.0
-    if first_move(field, place[0], place[1], heading)[0] < math.inf:
-        return distance
-    point = np.empty(2)
-    best = math.inf
-    for ring in range(field.walls.ring_box.shape[0]):
-        away = nearest_on_ring(field.walls, ring, x, y, point)
-        if away < best and first_move(field, point[0], point[1], heading)[0] < math.inf:
-            best = away
-            place[0], place[1] = point[0], point[1]
-    return best if best < math.inf else distance
+    return _enter_and_move(field, x, y, heading, place)[0]
 
 
 @kernel
@@ -272,6 +272,5 @@ def cost_to_go(field: GoalField, x: float, y: float, heading: float) -> float:
     """
     if not is_blocked(field.walls, x, y):
         return first_move(field, x, y, heading)[0]
-    place = np.empty(2)
-    push = enter(field, x, y, heading, place) / field.speeds.forward
-    return push + first_move(field, place[0], place[1], heading)[0]
+    push, time = _enter_and_move(field, x, y, heading, np.empty(2))
+    return push / field.speeds.forward + time

@@ -17,8 +17,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.basenav.visibility import LEFT, NEITHER, RIGHT, line_of_sight, tangent_side
-from motm_wbc.basenav.walls import INCOMING, TOUCH, TURN, Indices, Walls, X, Y
+from motm_wbc.basenav.visibility import (
+    LEFT,
+    NEITHER,
+    RIGHT,
+    may_be_tangent,
+    sees,
+    tangent_side,
+)
+from motm_wbc.basenav.walls import (
+    AFTER_X,
+    AFTER_Y,
+    BEFORE_X,
+    BEFORE_Y,
+    INCOMING,
+    TOUCH,
+    TURN,
+    Indices,
+    Walls,
+    X,
+    Y,
+)
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel, lean
 
@@ -34,6 +53,7 @@ class TangentGraph(NamedTuple):
         partner: (s,) the state at the other end of the tangent.
         leaves: (s,) 1 if the path leaves along the tangent here, 0 if it arrives.
         length: (s,) length of the tangent [m].
+        chain: (s,) chain of each state.
     """
 
     chain_start: Indices
@@ -41,6 +61,7 @@ class TangentGraph(NamedTuple):
     partner: Indices
     leaves: Indices
     length: Array
+    chain: Indices
 
 
 @lean
@@ -63,24 +84,37 @@ def _find_tangents(walls: Walls) -> tuple[Indices, Array]:
     Returns:
         (t, 2) chains at either end, (t, 2) direction [rad] and length [m].
     """
-    corners = walls.corners
+    corners, links = walls.corners, walls.links
+    ring_start, boxes = walls.ring_start, walls.ring_box
     convex = np.flatnonzero(corners[:, TURN] > 0.0)
+    x, y = corners[convex, X], corners[convex, Y]
     ends = np.empty((_FEW, 2), dtype=np.int64)
     shape = np.empty((_FEW, 2))
     count = 0
     for i in range(convex.size):
+        u = convex[i]
+        before_x, before_y = corners[u, BEFORE_X], corners[u, BEFORE_Y]
+        after_x, after_y = corners[u, AFTER_X], corners[u, AFTER_Y]
         for j in range(i + 1, convex.size):
-            u, v = convex[i], convex[j]
-            dx, dy = corners[v, X] - corners[u, X], corners[v, Y] - corners[u, Y]
+            dx, dy = x[j] - x[i], y[j] - y[i]
+            # most pairs end here: the line cuts into the first corner (see `may_be_tangent`)
+            slack = TOUCH * (abs(dx) + abs(dy))
+            s_before, s_after = dx * before_y - dy * before_x, dx * after_y - dy * after_x
+            left = s_before >= -slack and s_after >= -slack
+            if not left and not (s_before <= slack and s_after <= slack):
+                continue
+            v = convex[j]
+            if not may_be_tangent(corners, v, dx, dy):
+                continue
             length = math.hypot(dx, dy)
             if length <= TOUCH:
                 continue
-            at_u = tangent_side(corners, walls.links, u, dx / length, dy / length)
+            at_u = tangent_side(corners, links, u, dx / length, dy / length)
             if at_u == NEITHER:
                 continue
-            at_v = tangent_side(corners, walls.links, v, dx / length, dy / length)
-            if at_v == NEITHER or not line_of_sight(
-                walls, corners[u, X], corners[u, Y], corners[v, X], corners[v, Y]
+            at_v = tangent_side(corners, links, v, dx / length, dy / length)
+            if at_v == NEITHER or not sees(
+                corners, links, ring_start, boxes, x[i], y[i], x[j], y[j]
             ):
                 continue
             if count == ends.shape[0]:
@@ -114,18 +148,103 @@ def _make_states(corners: Array, ends: Indices, shape: Array) -> tuple[Indices, 
     return chain, turn
 
 
+@kernel
 def build_graph(walls: Walls) -> TangentGraph:
     """The tangent visibility graph of the outlines."""
     ends, shape = _find_tangents(walls)
     chain, turn = _make_states(walls.corners, ends, shape)
-    order = np.lexsort((np.arange(chain.size), turn, chain))
+    order, start = sort_by_chain(chain, turn, 2 * walls.corners.shape[0])
     rank = np.empty_like(order)
-    rank[order] = np.arange(order.size)
-    counts = np.bincount(chain, minlength=2 * walls.corners.shape[0])
-    return TangentGraph(
-        chain_start=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-        turn=turn[order],
-        partner=rank[order ^ 1].astype(np.int64),
-        leaves=(1 - order % 2).astype(np.int64),
-        length=np.repeat(shape[:, 1], 4)[order],
-    )
+    for place in range(order.size):
+        rank[order[place]] = place
+    partner, leaves = np.empty_like(order), np.empty_like(order)
+    length = np.empty(order.size)
+    for place in range(order.size):
+        state = order[place]
+        partner[place], leaves[place] = rank[state ^ 1], 1 - state % 2
+        length[place] = shape[state // 4, 1]
+    return TangentGraph(start, turn[order], partner, leaves, length, chain[order])
+
+
+@kernel
+def sort_by_chain(chain: Indices, turn: Array, chains: int) -> tuple[Indices, Indices]:
+    """Order of some tangents by chain, then turn, and the first one of each chain."""
+    start = np.zeros(chains + 1, dtype=np.int64)
+    for k in range(chain.size):
+        start[chain[k] + 1] += 1
+    for c in range(chains):
+        start[c + 1] += start[c]
+    filled = start[:-1].copy()
+    order = np.empty(chain.size, dtype=np.int64)
+    for k in range(chain.size):
+        place = filled[chain[k]]
+        filled[chain[k]] += 1
+        while place > start[chain[k]] and turn[order[place - 1]] > turn[k]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = k
+    return order, start
+
+
+@kernel
+def with_arrivals(graph: TangentGraph, chain: Indices, turn: Array) -> TangentGraph:
+    """A graph with tangents (t,) from places outside of it, as states that arrive.
+
+    The partner of the state of tangent k is -1 - k.
+    """
+    order, first = sort_by_chain(chain, turn, graph.chain_start.size - 1)
+    total = graph.turn.size + turn.size
+    start = np.empty_like(graph.chain_start)
+    turns, length = np.empty(total), np.empty(total)
+    partner, leaves = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
+    chains, moved = np.empty(total, dtype=np.int64), np.empty(graph.turn.size, dtype=np.int64)
+    place = 0
+    for c in range(start.size - 1):
+        start[c] = place
+        state, tangent = graph.chain_start[c], first[c]
+        while state < graph.chain_start[c + 1] or tangent < first[c + 1]:
+            chains[place] = c
+            if tangent == first[c + 1] or (
+                state < graph.chain_start[c + 1] and graph.turn[state] <= turn[order[tangent]]
+            ):
+                moved[state] = place
+                turns[place], length[place] = graph.turn[state], graph.length[state]
+                partner[place], leaves[place] = graph.partner[state], graph.leaves[state]
+                state += 1
+            else:
+                turns[place], length[place] = turn[order[tangent]], 0.0
+                partner[place], leaves[place] = -1 - order[tangent], 0
+                tangent += 1
+            place += 1
+    start[-1] = place
+    for k in range(total):
+        if partner[k] >= 0:
+            partner[k] = moved[partner[k]]
+    return TangentGraph(start, turns, partner, leaves, length, chains)
+
+
+@kernel
+def connected_parts(graph: TangentGraph, corners: int) -> Indices:
+    """(n,) a number for each corner, the same where a path leads from one to the other.
+
+    Places with a path between them have a taut one, which is made of tangents.
+    """
+    parent = np.arange(corners)
+    for state in range(graph.turn.size):
+        a, b = graph.chain[state] // 2, graph.chain[graph.partner[state]] // 2
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = parent[b]
+        if a < b:
+            parent[b] = a
+        else:
+            parent[a] = b
+    for corner in range(corners):
+        root = corner
+        while parent[root] != root:
+            root = parent[root]
+        parent[corner] = root
+    return parent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from pydantic import Field
@@ -9,24 +10,31 @@ from pydantic import Field
 from motm_wbc.scene.files import Data
 
 Seconds = Annotated[float, Field(ge=0.0, le=60.0)]
+Heading = Annotated[float, Field(ge=-math.tau, le=math.tau)]
 
 
 class PlacementParameters(Data):
     """How the base's pose at an object is chosen (FR, section on base placement)."""
 
     count: Annotated[int, Field(ge=4, le=360)] = 36
-    """Positions on the ring about the object; each has two headings, both tangential."""
+    """Positions on the ring about the object."""
+    headings: Annotated[tuple[Heading, ...], Field(min_length=1, max_length=16)] = (0.0, math.pi)
+    """Headings of the candidates at each position, from the tangent that goes round the object
+    counter-clockwise [rad]; as they are, the two tangential ones."""
     radius: Annotated[float, Field(gt=0.0, le=5.0)] = 0.6
     """Radius of the ring [m]."""
     weight: Annotated[float, Field(ge=1.0, le=10.0)] = 1.05
     """Weight w of the way on to the next target (RBC); above 1 it favours the candidate
     furthest along."""
+    hold: bool = True
+    """Hold on to the candidate chosen before, unless another one is cheaper by more than the
+    hysteresis or lies nearer to the next target."""
     hysteresis: Seconds = 0.1
-    """How much cheaper another candidate must be to replace the one chosen before, unless it
-    lies nearer to the next target [s]."""
+    """How much cheaper another candidate must be to replace one that is held [s]."""
+    ties_to_next: bool = True
+    """Of candidates that cost about the same take the one nearest to the next target."""
     tie_slack: Seconds = 0.15
-    """Candidates within this of the cheapest are equal: of these the one nearest to the next
-    target is taken [s]."""
+    """Candidates within this of the cheapest cost about the same [s]."""
     price_wait: bool = True
     """While a grasp is pending, count the way to a candidate only as far as it takes longer
     than the wait that is expected."""
@@ -44,5 +52,5 @@ class PlacementParameters(Data):
     def paper(cls) -> PlacementParameters:
         """The paper's literal form: the lowest cost is the goal, and nothing else counts."""
         return cls(
-            hysteresis=0.0, tie_slack=0.0, price_wait=False, stop_here=False, next_ring=False
+            hold=False, ties_to_next=False, price_wait=False, stop_here=False, next_ring=False
         )

@@ -247,11 +247,11 @@ def nearest_on_ring(walls: Walls, ring: int, x: float, y: float, out: Array) -> 
             nx, ny = corners[after, X], corners[after, Y]
         else:
             nx, ny = corners[a, X] + along * ux, corners[a, Y] + along * uy
-        distance = math.hypot(x - nx, y - ny)
-        if distance < best:
-            best = distance
+        square = (x - nx) * (x - nx) + (y - ny) * (y - ny)
+        if square < best:
+            best = square
             out[0], out[1] = nx, ny
-    return best
+    return math.sqrt(best)
 
 
 @kernel
@@ -263,12 +263,12 @@ def push_out(walls: Walls, x: float, y: float, out: Array) -> float:
     out[0], out[1] = x, y
     if not is_blocked(walls, x, y):
         return 0.0
-    best = math.inf
+    best, boxes = math.inf, walls.ring_box
     point = np.empty(2)
-    for ring in range(walls.ring_box.shape[0]):
-        low_x, low_y, high_x, high_y = walls.ring_box[ring]
-        away_x, away_y = max(low_x - x, x - high_x, 0.0), max(low_y - y, y - high_y, 0.0)
-        if math.hypot(away_x, away_y) > best:
+    for ring in range(boxes.shape[0]):
+        dx = max(boxes[ring, 0] - x, x - boxes[ring, 2], 0.0)
+        dy = max(boxes[ring, 1] - y, y - boxes[ring, 3], 0.0)
+        if dx * dx + dy * dy >= best * best:
             continue
         distance = nearest_on_ring(walls, ring, x, y, point)
         if distance < best:

@@ -2,16 +2,13 @@
 
 The paper's cost C(robot -> i) + w C(i -> next) is the time of a robot whose grasp holds at
 once. While attempts fail, driving on within reach is free as long as it takes no longer than
-the wait, and what counts is how far it still is to the next target afterwards.
+the wait, and what counts is how far it still is to the next target afterwards (see
+`choice.time_until_leaving`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
-
-from motm_wbc.geometry.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,20 +24,3 @@ class Wait:
     expected: float = 0.0
     restart: float = 0.0
     open_end: bool = False
-
-
-def time_until_leaving(leg1: Array, wait: Wait, restarts: Array) -> Array:
-    """Time from now until the base can leave each place, and what it leaves slower by.
-
-    Args:
-        leg1: (m,) time to each place [s].
-        wait: at the target.
-        restarts: (m,) what setting out from rest costs at each place beside driving through
-            [s].
-
-    Returns:
-        (m,) [s]: the longer of way and wait, and the restart where the base has to stop.
-    """
-    idle = np.maximum(wait.expected - leg1, 0.0)
-    stops = restarts if wait.open_end else np.minimum(idle, restarts)
-    return np.asarray(leg1 + idle + stops)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon
 
-from motm_wbc.basenav.choice import select
+from motm_wbc.basenav.choice import rules_of
+from motm_wbc.basenav.choice import select as select_by
 from motm_wbc.basenav.departure import departure_time, turn_is_clear
 from motm_wbc.basenav.footprint_check import edge_map, outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
@@ -170,6 +171,13 @@ def test_stopping_is_chosen_only_where_it_is_cheapest():
 
 POSES = np.array([[0.6, 0.0, 1.0], [0.5, 0.3, 1.2], [0.3, 0.5, 1.4], [0.0, 0.6, 1.6]])
 DEFAULT = PlacementParameters()
+
+
+def select(poses, costs, leg2, previous, parameters):
+    nowhere = np.full(3, math.nan)
+    return select_by(
+        poses, costs, leg2, nowhere if previous is None else previous, rules_of(parameters)
+    )
 
 
 def test_ties_go_toward_the_next_target():

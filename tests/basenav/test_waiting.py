@@ -1,11 +1,19 @@
 import numpy as np
 import pytest
 
+from motm_wbc.basenav.choice import time_until_leaving as leaving
 from motm_wbc.basenav.departure import turning_lag
-from motm_wbc.basenav.waiting import Wait, time_until_leaving
+from motm_wbc.basenav.waiting import Wait
 
 LEG1 = np.array([0.2, 1.0, 3.0])
 RESTARTS = np.array([0.5, 0.7, 0.9])
+
+
+def time_until_leaving(leg1, wait, restarts):
+    return [
+        leaving(way, restart, wait.expected, wait.open_end)
+        for way, restart in zip(leg1, restarts, strict=True)
+    ]
 
 
 def test_without_a_wait_only_the_way_counts():

@@ -11,9 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.spatial.distance import pdist
+from shapely.geometry import Polygon
 
 from motm_wbc import cli
-from motm_wbc.experiments.bench import wholebody
+from motm_wbc.basenav.world import World
+from motm_wbc.experiments.bench import basenav, wholebody
+from motm_wbc.experiments.bench.basenav_world import random_scene, small_moves
 from motm_wbc.experiments.bench.contestants import PEERS, find_peers
 from motm_wbc.experiments.bench.figures import RUN_IN, figures, tool_error
 from motm_wbc.experiments.bench.ours import Ours
@@ -26,6 +30,7 @@ from motm_wbc.experiments.bench.shared.motm_bench import (
     fastest,
     timed_round,
 )
+from motm_wbc.experiments.bench.table import nav_rows
 from motm_wbc.experiments.bench.worker import Worker, WorkerError
 from motm_wbc.kinematics import load_robot
 
@@ -311,3 +316,69 @@ def test_an_unknown_benchmark(capsys, monkeypatch):
         cli.main()
     assert stopped.value.code == 2
     assert "did you mean 'wholebody'" in capsys.readouterr().err
+
+
+# --- base navigation ---
+
+
+def test_placement_is_timed_under_the_names_of_the_contract(monkeypatch):
+    monkeypatch.setattr(basenav, "COUNTS", (1, 20))
+    monkeypatch.setattr(basenav, "MOST", 30)
+    told = []
+    result = basenav.bench_basenav(scenes=1, steps=3, moves=2, progress=told.append)
+    assert set(result.figures) >= {
+        "placement_1_obstacles_us",
+        "placement_20_obstacles_us",
+        "placement_30_moved_us",
+    }
+    assert len(told) == len(result.figures)
+    for figure in result.figures.values():
+        assert 0.0 < figure["median"] <= figure["wall_p99"]
+        assert figure["count"] in (1, 2, 3)
+    assert basenav.COUNTS == (1, 20)
+    assert next(nav_rows(result))[0].startswith("placement, 1 obstacles")
+
+
+def test_the_contract_counts_are_among_those_timed():
+    assert {1, 20, 100, 400} <= set(basenav.COUNTS)
+    assert basenav.MOST == 400
+
+
+@pytest.mark.parametrize("count", [1, 2, 20, 60])
+def test_random_scenes_are_what_they_say(count):
+    scene, again = random_scene(count, 3), random_scene(count, 3)
+    assert len(scene.obstacles) == count
+    assert all(map(np.array_equal, scene.obstacles, again.obstacles))
+    assert np.hypot(*(scene.start[:2] - scene.target)) == pytest.approx(4.0)
+    assert np.hypot(*(scene.after - scene.target)) == pytest.approx(4.0)
+    for points in scene.obstacles[2:]:
+        polygon = Polygon(points)
+        assert 3 <= len(points) <= 8
+        assert polygon.convex_hull.area == pytest.approx(polygon.area)
+        assert max(pdist(points)) <= 0.8
+
+
+def test_moves_are_small_and_rigid():
+    scene = random_scene(20, 1)
+    world = World(scene.obstacles)
+    moved = world.transformed(small_moves(scene.obstacles, np.random.default_rng(0)))
+    for before, after in zip(world.obstacles, moved.obstacles, strict=True):
+        assert pdist(after) == pytest.approx(pdist(before))
+        assert 0.0 < np.abs(after - before).max() < 0.2
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_the_command_for_navigation(capsys, monkeypatch, words):
+    name = "placement_1_obstacles_us"
+    times = {"median": 30.0, "p99": 90.0, "wall_p99": 95.0, "count": 3}
+    result = basenav.NavBenchResult({name: times}, {name: "one"})
+    monkeypatch.setattr(basenav, "bench_basenav", lambda **_: result)
+    monkeypatch.setattr(sys, "argv", ["motm", "bench", "basenav", *words])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    shown = capsys.readouterr().out
+    assert stopped.value.code == 0
+    if words:
+        assert json.loads(shown) == {name: times}
+    else:
+        assert shown.splitlines()[1].split() == ["one", f"({name})", "30", "90"]
