@@ -86,7 +86,7 @@ def bench_basenav(
         progress("timing: the local planner")
         found = import_module(_LOCAL_PLANNER).local_planner_figures()
         result.figures.update(found)
-        result.titles.update({name: "local planner" for name in found})
+        result.titles.update(dict.fromkeys(found, "local planner"))
     return result
 
 
