@@ -324,6 +324,7 @@ def test_an_unknown_benchmark(capsys, monkeypatch):
 def test_placement_is_timed_under_the_names_of_the_contract(monkeypatch):
     monkeypatch.setattr(basenav, "COUNTS", (1, 20))
     monkeypatch.setattr(basenav, "MOST", 30)
+    monkeypatch.setattr(basenav, "_LOCAL_PLANNER", "motm_wbc.no_such_module")
     told = []
     result = basenav.bench_basenav(scenes=1, steps=3, moves=2, progress=told.append)
     assert set(result.figures) >= {
