@@ -22,6 +22,7 @@ from shapely import intersects_xy
 from shapely.geometry import Polygon
 
 from motm_wbc.basenav.choice import choose, rules_of
+from motm_wbc.basenav.edge_patches import EdgePatches
 from motm_wbc.basenav.footprint_check import EdgeMap, outline_of
 from motm_wbc.basenav.legs import FirstLeg, SecondLeg
 from motm_wbc.basenav.parameters import PlacementParameters
@@ -31,7 +32,6 @@ from motm_wbc.basenav.placement_task import Base, PlacementTask
 from motm_wbc.basenav.planner import GlobalPlanner, Path
 from motm_wbc.basenav.reach import ReachRegion
 from motm_wbc.basenav.ring import REASONS, Ring, make_ring
-from motm_wbc.basenav.surroundings import Surroundings
 from motm_wbc.basenav.waiting import Wait
 from motm_wbc.basenav.world import World
 from motm_wbc.errors import InputError
@@ -83,7 +83,7 @@ class BasePlacement:
         margin = self.parameters.footprint_margin
         self._base = Base(outline_of(footprint), margin, limits.alpha_max)
         # a right angle's corner grows by 1.42 times the margin
-        self._surroundings = Surroundings(world, self._base.outline.radius + 2.0 * margin)
+        self._edges_near = EdgePatches(world, self._base.outline.radius + 2.0 * margin)
         self._support_of = support_of or self._obstacles_at
         self._world, self._version = world, 0
         self._planner: GlobalPlanner | None = None
@@ -102,7 +102,7 @@ class BasePlacement:
         if world is not self._world:
             self._world, self._version = world, self._version + 1
             self._planner = None
-            self._surroundings.update(world)
+            self._edges_near.update(world)
 
     def evaluate(
         self,
@@ -156,7 +156,7 @@ class BasePlacement:
         )
         stop_cost = math.inf
         if stop_pose is not None and self.parameters.stop_here:
-            onward = self.parameters.weight * task.time_on(stop_pose, self._surroundings)
+            onward = self.parameters.weight * task.time_on(stop_pose, self._edges_near)
             stop_cost = max(stop_time, wait.expected) + wait.restart + onward
         stops = stop_cost < choice.least
         goal = None
@@ -184,7 +184,7 @@ class BasePlacement:
         """(m,) what setting out from rest costs, if the base may have to wait [s]."""
         if not wait.open_end and wait.expected <= 0.0:
             return np.zeros(len(task.ring.poses))
-        return np.asarray(wait.restart + task.standing_starts(self._surroundings))
+        return np.asarray(wait.restart + task.standing_starts(self._edges_near))
 
     def _task(
         self, object_xy: Array, next_xy: Array | None, region: ReachRegion | None
@@ -230,7 +230,7 @@ class BasePlacement:
         """The kept candidates about a target, if what lies near it has not changed."""
         p, base = self.parameters, self._base
         key = (*target_xy.tolist(), *_region_key(region))
-        edges = self._surroundings.about(target_xy, p.radius)
+        edges = self._edges_near.about(target_xy, p.radius)
         before = self._rings.get(key)
         if before is not None and before[0] is edges:
             return before[1]

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from motm_wbc.basenav.departure import departure_times, pull_out_limit
+from motm_wbc.basenav.edge_patches import EdgePatches
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline
 from motm_wbc.basenav.legs import FirstLeg, SecondLeg
 from motm_wbc.basenav.ring import FREE, Ring
-from motm_wbc.basenav.surroundings import Surroundings
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry.arrays import Array
@@ -70,12 +70,12 @@ class PlacementTask:
         """(m,) time from each candidate to the next target [s], zeros without one."""
         return self._no_way if self.second is None else self.second.times(self.onward_world)
 
-    def standing_starts(self, surroundings: Surroundings) -> Array:
+    def standing_starts(self, edges_near: EdgePatches) -> Array:
         """(m,) what setting out from rest costs at each candidate beside driving through [s]."""
         leg2 = self.leg2()
         if self.second is None:
             return np.zeros(len(leg2))
-        edges = self._edges(surroundings, self.ring.radius)
+        edges = self._edges(edges_near, self.ring.radius)
         if self._starts is None or self._starts[0] is not edges or self._starts[1] is not leg2:
             times = self._departures(edges, self.ring.poses, self.ring.rejections)
             leg2 = self.leg2()
@@ -83,18 +83,18 @@ class PlacementTask:
             self._starts = edges, leg2, np.maximum(later, 0.0)
         return self._starts[2]
 
-    def time_on(self, pose: Array, surroundings: Surroundings) -> float:
+    def time_on(self, pose: Array, edges_near: EdgePatches) -> float:
         """Time from rest at a pose (3,) to the next target [s], infinite if there is no way."""
         if self.second is None:
             return float(self._no_way[0])
         self.leg2()
-        edges = self._edges(surroundings, math.hypot(*(pose[:2] - self.ring.centre)))
+        edges = self._edges(edges_near, math.hypot(*(pose[:2] - self.ring.centre)))
         return float(self._departures(edges, pose[None], np.array([FREE]))[0])
 
-    def _edges(self, surroundings: Surroundings, apart: float) -> EdgeMap:
+    def _edges(self, edges_near: EdgePatches, apart: float) -> EdgeMap:
         """The world as far as a base that departs `apart` from the object [m] may get."""
         room = max(apart, self.ring.radius) + pull_out_limit(self._base.outline)
-        return surroundings.about(self.ring.centre, _STEP * math.ceil(room / _STEP))
+        return edges_near.about(self.ring.centre, _STEP * math.ceil(room / _STEP))
 
     def _departures(self, edges: EdgeMap, poses: Array, rejections: Indices) -> Array:
         """(k,) `departure_time` of each pose, where the way on is exact."""

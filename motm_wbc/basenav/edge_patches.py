@@ -25,7 +25,7 @@ class _Patch:
     edges: EdgeMap
 
 
-class Surroundings:
+class EdgePatches:
     """Edge maps of what lies near; what did not change about a place is kept."""
 
     def __init__(self, world: World, reach: float) -> None:
@@ -55,30 +55,29 @@ class Surroundings:
                 return patch.edges
         centre = np.array(place[:2], dtype=float)
         rings = self._rings_near(centre, room)
-        bounded = self._boundary is not None and len(rings) > 0 and rings[-1] is self._rings[-1]
+        bounded = self._rim is not None and len(rings) > 0 and rings[-1] is self._rim
         patch = _Patch(centre, room, rings, edge_map(rings, bounded, self._reach))
         self._patches = [patch, *self._patches[: _KEPT - 1]]
         return patch.edges
 
     def _look_at(self, world: World) -> None:
-        self._rings = world.rings
-        self._boundary = None if world.boundary is None else Polygon(world.boundary)
-        self._boxes = np.empty((len(self._rings), 4))
-        if self._rings:
-            starts = np.cumsum([0, *(len(ring) for ring in self._rings[:-1])])
-            points = np.concatenate(self._rings)
-            self._boxes[:, :2] = np.minimum.reduceat(points, starts)
-            self._boxes[:, 2:] = np.maximum.reduceat(points, starts)
+        self._outlines = world.outlines
+        self._floor = None if world.boundary is None else Polygon(world.boundary)
+        self._rim = None if world.boundary is None else world.boundary[::-1].copy()
 
     def _rings_near(self, centre: Array, room: float) -> tuple[Array, ...]:
+        """What lies near a place; the floor's rim, if it does, is the last one."""
         low, high = centre - room - self._reach, centre + room + self._reach
-        boxes = self._boxes
-        meets = np.logical_and.reduce(
-            np.hstack([boxes[:, :2] <= high, boxes[:, 2:] >= low]), axis=1
+        points, ring_start, first_ring, box = self._outlines
+        near = np.logical_and.reduce(np.hstack([box[:, :2] <= high, box[:, 2:] >= low]), axis=1)
+        rings = tuple(
+            points[ring_start[ring] : ring_start[ring + 1]]
+            for solid in np.flatnonzero(near)
+            for ring in range(first_ring[solid], first_ring[solid + 1])
         )
-        if self._boundary is not None:
-            meets[-1] = not _is_far_inside(self._boundary, low, high)
-        return tuple(self._rings[k] for k in np.flatnonzero(meets))
+        if self._floor is None or self._rim is None or _is_far_inside(self._floor, low, high):
+            return rings
+        return (*rings, self._rim)
 
 
 def _is_far_inside(boundary: Polygon, low: Array, high: Array) -> bool:
