@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseKind
-from motm_wbc.kinematics import RobotModel
+
+if TYPE_CHECKING:
+    from motm_wbc.kinematics import RobotModel
 
 _ROUNDING = 1e-9  # of a limit; below it is the arithmetic's
 

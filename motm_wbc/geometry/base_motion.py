@@ -1,4 +1,4 @@
-"""How a mobile base moves: its kind, its limits, and the arc on which it brakes."""
+"""How a mobile base moves: its kind, its limits, its ramp, and the arc on which it brakes."""
 
 from __future__ import annotations
 
@@ -50,6 +50,30 @@ class BaseLimits:
             min(max(v, -self.v_reverse), self.v_max),
             min(max(omega, -self.omega_max), self.omega_max),
         )
+
+
+class VelocityRamp:
+    """Moves (v, omega) from where they are toward where a base step shall end."""
+
+    def __init__(self, limits: BaseLimits, base_period: float, dt: float) -> None:
+        """Set up for base steps of `base_period` [s] and control steps of `dt` [s]."""
+        self._limits = limits
+        self._base_period = base_period
+        self._dt = dt
+        self._rate = np.zeros(2)
+        self._end = np.zeros(2)
+
+    def start(self, velocity: Array, acceleration: Array) -> None:
+        """Begin a base step at `velocity` (2,) with `acceleration` (2,)."""
+        bounds = np.array([self._limits.a_max, self._limits.alpha_max])
+        self._rate = np.clip(acceleration, -bounds, bounds)
+        end = velocity + self._rate * self._base_period
+        self._end = np.array(self._limits.clip(float(end[0]), float(end[1])))
+
+    def advance(self, velocity: Array) -> Array:
+        """(2,) velocity of the next control step, from the one commanded last."""
+        step = np.abs(self._rate) * self._dt
+        return np.asarray(velocity + np.clip(self._end - velocity, -step, step))
 
 
 def stopping_time(v: float, omega: float, limits: BaseLimits) -> float:

@@ -7,36 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.base_motion import BaseLimits, braking_arc
+from motm_wbc.geometry.base_motion import BaseLimits, VelocityRamp, braking_arc
 from motm_wbc.interfaces import BaseReport, Event
 from motm_wbc.mission.arrival import Arrival, arrival_in_range
 from motm_wbc.mission.methods import BaseDecision, BaseMoment, Method
 
 _SAME_GOAL = 0.02  # [m] and [rad] that a goal may move with its object and still be the same
-
-
-class VelocityRamp:
-    """Moves (v, omega) from where they are toward where a base step shall end."""
-
-    def __init__(self, limits: BaseLimits, base_period: float, dt: float) -> None:
-        """Set up for base steps of `base_period` [s] and control steps of `dt` [s]."""
-        self._limits = limits
-        self._base_period = base_period
-        self._dt = dt
-        self._rate = np.zeros(2)
-        self._end = np.zeros(2)
-
-    def start(self, velocity: Array, acceleration: Array) -> None:
-        """Begin a base step at `velocity` (2,) with `acceleration` (2,)."""
-        bounds = np.array([self._limits.a_max, self._limits.alpha_max])
-        self._rate = np.clip(acceleration, -bounds, bounds)
-        end = velocity + self._rate * self._base_period
-        self._end = np.array(self._limits.clip(float(end[0]), float(end[1])))
-
-    def advance(self, velocity: Array) -> Array:
-        """(2,) velocity of the next control step, from the one commanded last."""
-        step = np.abs(self._rate) * self._dt
-        return np.asarray(velocity + np.clip(self._end - velocity, -step, step))
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motm_wbc.geometry.base_motion import BaseLimits
+from motm_wbc.geometry.base_motion import BaseLimits, VelocityRamp
 from motm_wbc.interfaces import BaseReport
 from motm_wbc.mission.arrival import arrival_in_range, base_prediction
-from motm_wbc.mission.base_lead import BaseLead, VelocityRamp
+from motm_wbc.mission.base_lead import BaseLead
 from motm_wbc.mission.methods import BaseDecision, BaseMoment
 from motm_wbc.mission.patience import expected_wait
 

@@ -1,0 +1,1 @@
+"""A base driven through a map, audited and recorded, without an arm."""
