@@ -124,9 +124,7 @@ def _arc(theta: float, chord: Array) -> tuple[float, float]:
     return 2.0 * half, length if abs(half) < 1e-9 else length * half / math.sin(half)
 
 
-def _biarc(
-    theta: float, after: float, x: float, y: float, spacing: float, radius: float
-) -> Array:
+def _biarc(theta: float, after: float, x: float, y: float, spacing: float, radius: float) -> Array:
     """(n, 3) poses from (0, 0, theta) to (x, y, after), both ends included."""
     poses = [np.array([0.0, 0.0, theta])]
     for turn, length in _arcs(theta, after, x, y):
