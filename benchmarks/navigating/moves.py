@@ -7,6 +7,7 @@ common tangent (a biarc). A chain of motions is therefore a way that can be driv
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -38,8 +39,9 @@ class Moves(NamedTuple):
     between: Array
 
 
+@cache
 def make_moves(cell: float, headings: int, spacing: float, radius: float) -> Moves:
-    """All motions of a lattice.
+    """All motions of a lattice; they are shared, not to be written to.
 
     Args:
         cell: distance of two nodes [m].
