@@ -67,7 +67,7 @@ def still_drives(seed: int, count: int, planner: str) -> list[Outcome]:
 
 
 def moving_drives(seed: int, planner: str) -> list[Outcome]:
-    """One drive among 1 to 8 obstacles that move; none if there is no goal to be had.
+    """One drive among 1 to 8 obstacles that move; none if there is no goal, or room to move.
 
     Args:
         seed: of the floor and of what moves; a stop and a drive through take turns.
@@ -84,8 +84,11 @@ def moving_drives(seed: int, planner: str) -> list[Outcome]:
     ).plan(tuple(task.start), tuple(goal.pose))
     count = 1 + seed // 2 % MOST_MOVERS
     world = with_movers(floor.world, seed, count, path.points, path.time)
+    movers = sum(solid.moves for solid in world.solids)
+    if movers == 0:
+        return []
     result = _drive(world, task.start, goal, planner)
-    outcome = _outcome(floor, task, goal, task.start, result, count)
+    outcome = _outcome(floor, task, goal, task.start, result, movers)
     return [replace(outcome, alone=alone.time_s or 0.0)]
 
 

@@ -204,6 +204,21 @@ def test_what_moves_does_not_start_at_the_robot():
             assert np.ptp(solid.outline, axis=0).max() <= 0.61
 
 
+def test_what_moves_keeps_clear_of_what_stands():
+    floor = make_floor(4, 0.47)
+    points = np.array([(2.0, 2.0), (6.0, 6.0)])
+    counts = []
+    for seed in range(10):
+        world = with_movers(floor.world, seed, 4, points, 20.0)
+        counts.append(sum(solid.moves for solid in world.solids))
+        still = shapely.union_all([shapely.Polygon(s.outline) for s in world.solids if not s.moves])
+        inside = shapely.intersection(still, shapely.Polygon(floor.world.boundary))
+        for time in np.arange(0.0, 60.0, 0.7):
+            for solid in world.after(float(time)).solids:
+                assert not solid.moves or not inside.intersects(shapely.Polygon(solid.outline))
+    assert np.mean(counts) >= 3.0
+
+
 # --- drives ---
 
 
