@@ -21,6 +21,7 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 MOST_MOVERS = 8
+_ATTEMPTS = 20
 
 
 @dataclass(frozen=True)
@@ -51,19 +52,22 @@ def the_base() -> Base:
 def still_drives(seed: int, count: int, planner: str) -> list[Outcome]:
     """All drives among obstacles at rest: `count` tasks, the first one nose to a table.
 
+    A floor on which no table can be come to is drawn again.
+
     Args:
         seed: of the floor.
         count: of tasks.
         planner: name of the local planner.
     """
-    base, floor = the_base(), make_floor(seed, the_base().width)
-    lattice = Lattice(floor.world, base.footprint)
-    outcomes = []
-    for index in range(count):
-        task = draw_task(floor, lattice, base.footprint, index, nose=index == 0)
-        if task is not None:
-            outcomes += _task_outcomes(floor, task, planner)
-    return outcomes
+    base, nose = the_base(), None
+    for attempt in range(_ATTEMPTS):
+        floor = make_floor(seed, base.width, attempt)
+        lattice = Lattice(floor.world, base.footprint)
+        nose = draw_task(floor, lattice, base.footprint, 0, nose=True)
+        if nose is not None:
+            break
+    tasks = [nose, *(draw_task(floor, lattice, base.footprint, k) for k in range(1, count))]
+    return [out for task in tasks if task for out in _task_outcomes(floor, task, planner)]
 
 
 def moving_drives(seed: int, planner: str) -> list[Outcome]:

@@ -66,14 +66,15 @@ class _Draft:
         self.obstacles.append(self.tables[-1])
 
 
-def make_floor(seed: int, width: float) -> Floor:
+def make_floor(seed: int, width: float, attempt: int = 0) -> Floor:
     """A floor of 8 to 12 m by 8 to 12 m with 1 to 40 obstacles, a table among them.
 
     Args:
         seed: its number; the kinds take turns.
         width: of the robot [m]: doors and corridors are made for it.
+        attempt: number of the draw, where an earlier floor was of no use.
     """
-    rng = np.random.default_rng([seed, 71])
+    rng = np.random.default_rng([seed, 71, attempt] if attempt else [seed, 71])
     kind = tuple(KINDS)[seed % len(KINDS)]
     draft = _Draft(rng, rng.uniform(8.0, 12.0, 2), width, [], [], [])
     draft.put_table()
