@@ -16,7 +16,7 @@ from motm_wbc.basenav.inflated import Inflated
 from motm_wbc.basenav.inflation import OUTER, Box
 from motm_wbc.basenav.obstacle import ObstacleLike, Solid, ring_of, simple_polygons, solids_of
 from motm_wbc.basenav.outlines import APART, Ellipse, Outlines, ellipse_of, moved, pack
-from motm_wbc.basenav.union import snap_grid, united
+from motm_wbc.basenav.union import united
 from motm_wbc.basenav.vicinity import (
     blocked_near,
     box_about,
@@ -203,12 +203,6 @@ class World:
         low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
-    @cached_property
-    def _grid(self) -> float:
-        """To which outlines that meet are rounded [m]."""
-        empty = self._floor is None and not self._forms
-        return snap_grid(0.0 if empty else max(map(abs, self._extent)))
-
     def near(self, radius: float, first: Array, second: Array, length: float) -> Inflated:
         """The free space as far as paths of a length between two places are concerned.
 
@@ -254,8 +248,8 @@ class World:
         members = relations_grown(self.outlines, ellipse, radius) != APART
         parts = self._blocked(np.flatnonzero(members), radius, box_about(ellipse))
         if self._floor is not None:
-            parts += self._floor.blocked_near(ellipse, radius, self._grid)
-        return Inflated(radius, united(parts, self._grid), False, members, ellipse)
+            parts += self._floor.blocked_near(ellipse, radius)
+        return Inflated(radius, united(parts), False, members, ellipse)
 
     def inflated(self, radius: float) -> Inflated:
         """The free space of a disc's centre everywhere, kept for the next call.
@@ -277,14 +271,12 @@ class World:
         members = np.ones(len(self._forms), dtype=bool)
         blocked = self._blocked(np.flatnonzero(members), radius, None)
         if self._floor is None:
-            return Inflated(radius, united(blocked, self._grid), False, members)
-        free = united(self._floor.free(radius, self._grid), self._grid, without=blocked)
+            return Inflated(radius, united(blocked), False, members)
+        free = united(self._floor.free(radius), without=blocked)
         return Inflated(radius, free, True, members)
 
     def _blocked(self, chosen: Indices, radius: float, clip: Box | None) -> list[Polygon]:
-        return blocked_near(
-            self._forms, self._poses, self.outlines, chosen, radius, self._grid, clip
-        )
+        return blocked_near(self._forms, self._poses, self.outlines, chosen, radius, clip)
 
     def _lies_in(self, ellipse: Ellipse, radius: float) -> bool:
         """Whether all that there is, inflated, lies in an ellipse."""
