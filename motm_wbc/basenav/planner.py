@@ -8,17 +8,18 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from shapely.geometry import Point, Polygon
 
+from motm_wbc.basenav.checks import FARTHEST, not_negative, numbers, positive
 from motm_wbc.basenav.field_solver import GoalRoutes, no_way, solve_field
 from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.inflated import Inflated
-from motm_wbc.basenav.obstacle import FARTHEST
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
 from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
-from motm_wbc.basenav.world import World, check_radius
+from motm_wbc.basenav.world import World, checked_radius
 from motm_wbc.errors import InputError, NoPath
 from motm_wbc.geometry.arrays import Array
 
@@ -86,15 +87,13 @@ class GlobalPlanner:
         Raises:
             InputError: a number is not in its range.
         """
-        for name, value in (("v_max", v_max), ("omega_max", omega_max)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"must be a finite number > 0, got {value}", name)
-        if not (math.isfinite(v_reverse) and v_reverse >= 0.0):
-            raise InputError(f"must be a finite number >= 0, got {v_reverse}", "v_reverse")
-        check_radius(inflation)
         self.world = world
-        self.speeds = Speeds(float(v_max), float(v_reverse), float(omega_max))
-        self._inflation = inflation
+        self.speeds = Speeds(
+            forward=positive(v_max, "v_max"),
+            backward=not_negative(v_reverse, "v_reverse"),
+            turning=positive(omega_max, "omega_max"),
+        )
+        self._inflation = checked_radius(inflation)
         self._fields: OrderedDict[_FieldKey, tuple[GoalField, GoalRoutes]] = OrderedDict()
 
     @property
@@ -137,15 +136,15 @@ class GlobalPlanner:
         end = _pose(goal, "goal")
         if near is None:
             return self._solved(end, self.inflated)[0]
-        if not (math.isfinite(reach) and reach >= 0.0):
-            raise InputError(f"must be a finite number >= 0, got {reach}", "reach")
-        return self._search(_pose(near, "near"), end, 2.0 * reach)[0]
+        spare = 2.0 * not_negative(reach, "reach")
+        return self._search(_pose(near, "near"), end, spare)[0]
 
     def plan(self, start: PoseLike, goal: PoseLike) -> Path:
         """The fastest path.
 
-        Start and goal may lie inside an inflated obstacle, but not inside an obstacle: they
-        are then pushed out to the nearest free point, and the path says so.
+        Start and goal may lie inside an inflated obstacle, but neither inside an obstacle nor
+        outside the boundary: they are then pushed out to the nearest free point, and the path
+        says so.
 
         Args:
             start: x, y [m], heading [rad], None or NaN: free.
@@ -158,7 +157,8 @@ class GlobalPlanner:
         begin, end = _pose(start, "start"), _pose(goal, "goal")
         for name, pose in (("start", begin), ("goal", end)):
             if self._is_in_obstacle(pose):
-                raise NoPath(f"the {name} {_text(pose)} lies inside an obstacle")
+                where = "outside the boundary" if self._is_outside(pose) else "inside an obstacle"
+                raise NoPath(f"the {name} {_text(pose)} lies {where}")
         path = self.route(begin, end)
         if path is None:
             raise NoPath(f"there is no path from {_text(begin)} to {_text(end)}")
@@ -230,6 +230,10 @@ class GlobalPlanner:
         walls = self.world.near(0.0, pose, pose, 0.0).walls
         return bool(push_out(walls, pose[0], pose[1], np.empty(2)) > TOUCH)
 
+    def _is_outside(self, pose: Array) -> bool:
+        boundary = self.world.boundary
+        return boundary is not None and not Polygon(boundary).contains(Point(pose[:2]))
+
     def _solved(self, goal: Array, inflated: Inflated) -> tuple[GoalField, GoalRoutes]:
         x, y, heading = goal.tolist()
         key = (x, y, math.inf if math.isnan(heading) else heading, inflated)
@@ -276,9 +280,9 @@ def _pose(pose: PoseLike, where: str) -> Array:
     """(3,) with NaN for a free heading."""
     try:
         x, y, heading = pose
-        values = np.array([x, y, math.nan if heading is None else heading], dtype=float)
     except (TypeError, ValueError):
         raise InputError("must be x, y and heading (None: free)", where) from None
+    values = numbers([x, y, math.nan if heading is None else heading], (3,), where)
     if not np.isfinite(values[:2]).all() or np.isinf(values[2]):
         raise InputError(f"must be finite numbers, got {_text(values)}", where)
     if np.abs(values[:2]).max() > FARTHEST:

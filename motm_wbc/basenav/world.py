@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 from functools import cached_property
@@ -10,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from shapely.geometry import Polygon
 
+from motm_wbc.basenav.checks import FARTHEST, not_negative, number, numbers
 from motm_wbc.basenav.floor import Floor
 from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.basenav.inflated import Inflated
@@ -23,7 +23,7 @@ from motm_wbc.basenav.vicinity import (
     relations_grown,
     rounded_up,
 )
-from motm_wbc.basenav.walls import Indices
+from motm_wbc.basenav.walls import TOUCH, Indices
 from motm_wbc.errors import InputError
 from motm_wbc.geometry.arrays import Array
 
@@ -48,7 +48,7 @@ class World:
         velocities: (s, 2) of the solids [m/s].
     """
 
-    def __init__(self, obstacles: Sequence[ObstacleLike], boundary: Array | None = None) -> None:
+    def __init__(self, obstacles: Iterable[ObstacleLike], boundary: Array | None = None) -> None:
         """Check and keep the obstacles.
 
         Args:
@@ -57,10 +57,12 @@ class World:
             boundary: (n, 2) [m] outline of the floor; None: no end to it.
 
         Raises:
-            InputError: a polygon has NaN, fewer than three distinct points or no area, or
-                the boundary crosses itself.
+            InputError: a polygon has NaN, fewer than three distinct points or no area, the
+                boundary crosses itself, or there is no sequence of obstacles.
         """
         floor = None
+        if not isinstance(obstacles, Iterable):
+            raise InputError("must be a sequence of polygons, (n, 2) each", "obstacles")
         solids = [
             solid
             for index, obstacle in enumerate(obstacles)
@@ -146,13 +148,11 @@ class World:
         """The world `time` [s] later, each obstacle having moved with its velocity.
 
         Raises:
-            InputError: the time is not finite.
+            InputError: the time is not finite, or so long that obstacles are out of the world.
         """
-        if not math.isfinite(time):
-            raise InputError(f"must be a finite number, got {time}", "time")
         poses = self._poses.copy()
-        poses[:, :2] += time * self.velocities
-        return self._at(poses)
+        poses[:, :2] += number(time, "time") * self.velocities
+        return self._at(poses, "time")
 
     def transformed(self, transforms: Array) -> World:
         """The world with each obstacle moved rigidly.
@@ -162,19 +162,16 @@ class World:
                 angle [rad] by which its points are turned about the origin, then shifted.
 
         Raises:
-            InputError: there are not as many transforms as obstacles, or one is not finite.
+            InputError: there are not as many transforms as obstacles, one is not finite, or
+                moves what it moves out of the world.
         """
-        try:
-            ways = np.asarray(transforms, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError("must be numbers, an array of shape (k, 3)", "transforms") from None
-        count = 1 + int(self._sources.max(initial=-1))
-        if ways.shape != (count, 3) or not np.isfinite(ways).all():
-            raise InputError(f"must be finite numbers of shape ({count}, 3)", "transforms")
-        return self._at(turned_by(self._poses, ways[self._sources]))
+        ways = numbers(transforms, (1 + int(self._sources.max(initial=-1)), 3), "transforms")
+        return self._at(turned_by(self._poses, ways[self._sources]), "transforms")
 
-    def _at(self, poses: Array) -> World:
-        """The same solids at other poses (s, 3)."""
+    def _at(self, poses: Array, where: str) -> World:
+        """The same solids at other poses (s, 3); `where`: what moves them."""
+        if not np.abs(poses).max(initial=0.0) <= FARTHEST:
+            raise InputError(f"must be finite, and move by at most {FARTHEST:g} m", where)
         world = object.__new__(World)
         world._set(self._forms, self._given, poses, self.velocities, self._sources, self._floor)
         changed = (poses != self._poses).any(axis=1)
@@ -228,7 +225,7 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        check_radius(radius)
+        radius = checked_radius(radius)
         asked = ellipse_of(first, second, length)
         if self._is_small or not max(map(abs, asked)) < _ENDLESS:
             return self.inflated(radius)
@@ -260,7 +257,7 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        check_radius(radius)
+        radius = checked_radius(radius)
         if radius not in self._inflated:
             if len(self._inflated) >= _KEPT_RADII:
                 self._inflated.popitem(last=False)
@@ -285,11 +282,11 @@ class World:
         return apart + 4.0 * OUTER * radius <= ellipse.length
 
 
-def check_radius(radius: float) -> None:
-    """Refuses what is no radius to inflate by.
+def checked_radius(radius: float) -> float:
+    """A radius to inflate by [m]; one below `TOUCH` is none.
 
     Raises:
         InputError: it is negative or not finite.
     """
-    if not (math.isfinite(radius) and radius >= 0.0):
-        raise InputError(f"must be a finite number >= 0, got {radius}", "inflation")
+    given = not_negative(radius, "inflation")
+    return given if given > TOUCH else 0.0
