@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from numbers import Real
+from typing import TypeAlias
 
 import numpy as np
 from shapely.geometry import Polygon
@@ -12,6 +14,9 @@ from motm_wbc.errors import InputError
 from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
+
+PoseLike: TypeAlias = Array | tuple[float, float, float | None]
+"""x, y [m] and heading [rad]; None or NaN: free."""
 
 FARTHEST = 1e7
 """No coordinate may be larger [m]: beyond, doubles are coarser than what counts as touching."""
@@ -32,7 +37,7 @@ def number(value: object, where: str) -> float:
     """
     found = _real(value)
     if not math.isfinite(found):
-        raise InputError(f"must be a finite number, got {value!r}", where)
+        raise InputError(f"must be a finite number, got {_said(value)}", where)
     return found
 
 
@@ -40,7 +45,7 @@ def positive(value: object, where: str) -> float:
     """A finite number > 0; see `number`."""
     found = _real(value)
     if not 0.0 < found < math.inf:
-        raise InputError(f"must be a finite number > 0, got {value!r}", where)
+        raise InputError(f"must be a finite number > 0, got {_said(value)}", where)
     return found
 
 
@@ -48,8 +53,13 @@ def not_negative(value: object, where: str) -> float:
     """A finite number >= 0; see `number`."""
     found = _real(value)
     if not 0.0 <= found < math.inf:
-        raise InputError(f"must be a finite number >= 0, got {value!r}", where)
+        raise InputError(f"must be a finite number >= 0, got {_said(value)}", where)
     return found
+
+
+def _said(value: object) -> str:
+    """One line of it."""
+    return textwrap.shorten(repr(value), 60)
 
 
 def _real(value: object) -> float:
@@ -101,6 +111,24 @@ def vector(values: object, size: int, where: str) -> Array:
     if not np.isfinite(array).all():
         raise InputError(f"must be {size} finite numbers, got {array.tolist()}", where)
     return array
+
+
+def pose_of(values: PoseLike, where: str) -> Array:
+    """(3,) x, y [m] and heading [rad], NaN if it is free (None or NaN as given).
+
+    Raises:
+        InputError: the values are not three numbers, or the place is not finite or too far.
+    """
+    try:
+        x, y, heading = values
+    except (TypeError, ValueError):
+        raise InputError("must be x, y and heading (None: free)", where) from None
+    pose = numbers([x, y, math.nan if heading is None else heading], (3,), where)
+    if not np.isfinite(pose[:2]).all() or np.isinf(pose[2]):
+        raise InputError(f"must be finite numbers, got ({pose[0]:g}, {pose[1]:g})", where)
+    if np.abs(pose[:2]).max() > FARTHEST:
+        raise InputError(f"must lie within {FARTHEST:g} m, got ({pose[0]:g}, {pose[1]:g})", where)
+    return pose
 
 
 def footprint(points: object) -> Array:

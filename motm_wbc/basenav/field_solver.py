@@ -9,6 +9,7 @@ import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
 from motm_wbc.basenav.graph import TangentGraph, chain_turn
+from motm_wbc.basenav.outlines import Ellipse
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
 from motm_wbc.basenav.search import remaining_times
 from motm_wbc.basenav.visibility import (
@@ -159,7 +160,7 @@ def _chain_bounds(start: Indices, cost: Array) -> Array:
 
 @kernel
 def solve_field(
-    walls: Walls, graph: TangentGraph, goals: Array, speeds: Speeds
+    walls: Walls, graph: TangentGraph, goals: Array, speeds: Speeds, ellipse: Ellipse
 ) -> tuple[GoalField, GoalRoutes]:
     """The field of the time to the best of some goals.
 
@@ -168,6 +169,7 @@ def solve_field(
         graph: their tangent graph.
         goals: (g, 4) as in `GoalField`, at free places.
         speeds: speeds of the base.
+        ellipse: where the outlines are the whole world's.
     """
     ends, values = _goal_tangents(walls, goals, speeds)
     order, goal_start = _sort_by_chain(ends, values, 2 * walls.corners.shape[0])
@@ -185,19 +187,5 @@ def solve_field(
     start, turn, cost_on, source = _merge_exits(graph, chain_cost, goal_start, goal_turn, goal_cost)
     best = _best_onward(start, turn, cost_on, speeds.turning)
     bound = _chain_bounds(start, cost_on)
-    field = GoalField(walls, start, turn, cost_on, bound, goals, speeds)
+    field = GoalField(walls, start, turn, cost_on, bound, goals, speeds, ellipse)
     return field, GoalRoutes(best, source, successor)
-
-
-def no_way(walls: Walls, speeds: Speeds) -> GoalField:
-    """The field of no goal at all: infinite everywhere."""
-    chains = 2 * walls.corners.shape[0]
-    return GoalField(
-        walls=walls,
-        chain_start=np.zeros(chains + 1, dtype=np.int64),
-        exit_turn=np.empty(0),
-        exit_cost=np.empty((0, 2)),
-        chain_bound=np.full(chains, math.inf),
-        goals=np.empty((0, 4)),
-        speeds=speeds,
-    )

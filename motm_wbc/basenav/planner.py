@@ -10,20 +10,20 @@ from typing import TypeAlias
 import numpy as np
 from shapely.geometry import Point, Polygon
 
-from motm_wbc.basenav.checks import FARTHEST, not_negative, numbers, positive
-from motm_wbc.basenav.field_solver import GoalRoutes, no_way, solve_field
+from motm_wbc.basenav.checks import PoseLike, not_negative, pose_of, positive
+from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
 from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.inflated import Inflated
+from motm_wbc.basenav.outlines import EVERYWHERE
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
 from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
 from motm_wbc.basenav.world import World, checked_radius
-from motm_wbc.errors import InputError, NoPath
+from motm_wbc.errors import NoPath
 from motm_wbc.geometry.arrays import Array
 
-PoseLike: TypeAlias = Array | tuple[float, float, float | None]
 _FieldKey: TypeAlias = tuple[float, float, float, Inflated]
 _KEPT_FIELDS = 32
 _DETOUR = 1.05  # length of the first ellipse over the distance of its foci
@@ -121,9 +121,9 @@ class GlobalPlanner:
         goal. They are exact from `near`, and from every pose within `reach` of it from
         which the path found is longer by `reach` at most: the ellipse allows the length of
         the path from `near` and two reaches more, one for that path, one for the way
-        between the two poses. Beyond, they are lower bounds (but where a pose is pushed out
-        to a point that only a longer path leads from). If there is no path from `near`, all
-        of them may be infinite; else they are only where the whole world has no path.
+        between the two poses. Beyond, and where there is no path from `near`, they are lower
+        bounds; see `cost_to_go` for poses inside inflated obstacles. A time is infinite only
+        if the whole world has no path.
 
         Args:
             goal: x, y [m], heading [rad], None or NaN: free.
@@ -133,11 +133,12 @@ class GlobalPlanner:
         Raises:
             InputError: a pose is not finite, or the reach is negative or not finite.
         """
-        end = _pose(goal, "goal")
+        end = pose_of(goal, "goal")
         if near is None:
             return self._solved(end, self.inflated)[0]
         spare = 2.0 * not_negative(reach, "reach")
-        return self._search(_pose(near, "near"), end, spare)[0]
+        inflated, _ = self._search(pose_of(near, "near"), end, spare)
+        return self._solved(end, inflated)[0]
 
     def plan(self, start: PoseLike, goal: PoseLike) -> Path:
         """The fastest path.
@@ -154,7 +155,7 @@ class GlobalPlanner:
             InputError: start or goal is not finite.
             NoPath: there is none.
         """
-        begin, end = _pose(start, "start"), _pose(goal, "goal")
+        begin, end = pose_of(start, "start"), pose_of(goal, "goal")
         for name, pose in (("start", begin), ("goal", end)):
             if self._is_in_obstacle(pose):
                 where = "outside the boundary" if self._is_outside(pose) else "inside an obstacle"
@@ -173,15 +174,20 @@ class GlobalPlanner:
         """
         return self._search(start, goal, 0.0)[1]
 
-    def _search(self, start: Array, goal: Array, spare: float) -> tuple[GoalField, Path | None]:
-        """The fastest path, and the field it was found in, right for longer paths by `spare`."""
+    def _search(self, start: Array, goal: Array, spare: float) -> tuple[Inflated, Path | None]:
+        """The fastest path, and the part of the world it was found in.
+
+        It is right for paths that are longer by `spare` [m]. If there is no path, it is the
+        largest part that was searched for one.
+        """
+        searched: Inflated | None = None
         apart = math.dist(start[:2], goal[:2])
         length = _rung(_DETOUR * apart + 4.0 * self._inflation + spare)
         while True:
             inflated = self.world.near(self._inflation, start[:2], goal[:2], length)
             corners = len(inflated.walls.corners)
             if corners > _MANY_CORNERS and not may_be_joined(self.inflated.walls, start, goal):
-                return no_way(inflated.walls, self.speeds), None
+                return searched or inflated, None
             field, routes = self._solved(goal, inflated)
             path = self._path(field, routes, inflated, start, goal)
             if path is None:  # for good, if the goal is where it would be in the whole world
@@ -190,7 +196,8 @@ class GlobalPlanner:
             else:
                 needed = path.length + spare
             if inflated.covers(start, goal, needed):
-                return field, path
+                return inflated, path
+            searched = inflated
             length = _rung(max(needed, _GROWTH * length))
 
     def _path(
@@ -264,7 +271,11 @@ class GlobalPlanner:
             row[2] = pose[2]
             row[3] = push / self.speeds.forward if push > TOUCH else 0.0
         solved: tuple[GoalField, GoalRoutes] = solve_field(
-            space.walls, space.graph, rows, self.speeds
+            space.walls,
+            space.graph,
+            rows,
+            self.speeds,
+            EVERYWHERE if space.ellipse is None else space.ellipse,
         )
         return solved
 
@@ -274,20 +285,6 @@ def _rung(length: float) -> float:
     if not 0.0 < length < _ENDLESS:
         return 0.0 if length <= 0.0 else math.inf
     return float(2.0 ** (math.ceil(8.0 * math.log2(length)) / 8.0))
-
-
-def _pose(pose: PoseLike, where: str) -> Array:
-    """(3,) with NaN for a free heading."""
-    try:
-        x, y, heading = pose
-    except (TypeError, ValueError):
-        raise InputError("must be x, y and heading (None: free)", where) from None
-    values = numbers([x, y, math.nan if heading is None else heading], (3,), where)
-    if not np.isfinite(values[:2]).all() or np.isinf(values[2]):
-        raise InputError(f"must be finite numbers, got {_text(values)}", where)
-    if np.abs(values[:2]).max() > FARTHEST:
-        raise InputError(f"must lie within {FARTHEST:g} m, got {_text(values)}", where)
-    return values
 
 
 def _heading(pose: Array) -> float | None:

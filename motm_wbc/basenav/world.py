@@ -208,7 +208,10 @@ class World:
         the ellipse, where nothing is missing; nowhere is more blocked than in the whole
         world. So the optimum found here is a lower bound, and if it is not longer than
         `length` it is the whole world's optimum; a place that can't be reached here (and
-        was not pushed out to a point outside of the ellipse) can't be reached at all. For a
+        was not pushed out to a point outside of the ellipse) can't be reached at all. A place
+        inside an inflated outline is pushed to the same point as in the whole world if that
+        lies in the ellipse; but whether the goal can be reached from there, or the place has
+        to be pushed elsewhere, is only known if the path from there lies in it too. For a
         ring of places of radius r about the second one, ask for the longest path plus r.
 
         The ellipse is widened to one of a grid, so that a robot that moves a little is given
