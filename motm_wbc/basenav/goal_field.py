@@ -295,7 +295,7 @@ def _pushed_within(field: GoalField, x: float, y: float, heading: float, known: 
         nx, ny = nearest_on_edge(corners, links, a, x, y)
         if away[a] / speed + _to_nearest(goals, nx, ny) / fastest > known:
             continue
-        time = away[a] / speed + first_move(field, nx, ny, heading)[0]
+        time = float(away[a] / speed + first_move(field, nx, ny, heading)[0])
         if time <= known:
             return time
     return float(max(known, _to_nearest(goals, x, y) / fastest))

@@ -93,7 +93,9 @@ def _union(parts: list[shapely.Polygon], apart: float) -> shapely.Geometry:
     if len(parts) == 1:
         return parts[0]
     whole = shapely.union_all(parts)
-    return whole if _holds(whole, parts).all() else shapely.union_all(parts, _FINE * apart)
+    if _holds(whole, parts).all():
+        return whole
+    return shapely.union_all(parts, grid_size=_FINE * apart)
 
 
 def _holds(whole: shapely.Geometry, parts: list[shapely.Polygon]) -> BoolArray:
