@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.basenav.goal_field import EXTRA, GoalField, by_chain, cost_to_go
+from motm_wbc.basenav.goal_field import EXTRA, GoalField, by_chain, cost_to_go, known_time
 from motm_wbc.basenav.graph import chain_turn
 from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, direct_time, turn_between
 from motm_wbc.basenav.tile_ways import (
@@ -307,7 +307,8 @@ def tiled_cost_to_go(tiles: CostTiles, x: float, y: float, heading: float) -> fl
     push = push_out(tiles.field.walls, x, y, place)
     entered = _tile_of(tiles, place[0], place[1])
     if TOUCH < push < math.inf and entered >= 0:
-        time = _free_time(tiles, entered, place[0], place[1], heading)
-        if time < math.inf:
-            return push / tiles.field.speeds.forward + time
+        time = push / tiles.field.speeds.forward
+        time += _free_time(tiles, entered, place[0], place[1], heading)
+        if time < math.inf and time <= known_time(tiles.field, x, y):
+            return time
     return cost_to_go(tiles.field, x, y, heading)  # it has to enter elsewhere

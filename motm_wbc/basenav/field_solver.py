@@ -9,6 +9,7 @@ import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
 from motm_wbc.basenav.graph import TangentGraph, chain_turn, sort_by_chain
+from motm_wbc.basenav.outlines import Ellipse
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
 from motm_wbc.basenav.search import GoalTangents, Labels, nowhere, search_back
 from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, push_out, sees, tangent_side
@@ -181,7 +182,7 @@ def _ring_bounds(ring_start: Indices, chain_bound: Array) -> Array:
 
 @kernel
 def solve_field(
-    walls: Walls, graph: TangentGraph, goals: Array, speeds: Speeds
+    walls: Walls, graph: TangentGraph, goals: Array, speeds: Speeds, ellipse: Ellipse
 ) -> tuple[GoalField, GoalRoutes]:
     """The field of the time to the best of some goals.
 
@@ -190,6 +191,7 @@ def solve_field(
         graph: their tangent graph.
         goals: (g, 4) as in `GoalField`, at free places.
         speeds: speeds of the base.
+        ellipse: where the outlines are the whole world's.
     """
     found = goal_tangents(walls, goals, speeds)
     order, goal_start = sort_by_chain(found.ends[:, 0], found.turn, 2 * walls.corners.shape[0])
@@ -201,20 +203,5 @@ def solve_field(
     best = _best_onward(start, turn, cost, length, speeds.turning)
     bound = _chain_bounds(start, cost)
     ring_bound = _ring_bounds(walls.ring_start, bound)
-    field = GoalField(walls, start, turn, cost, bound, ring_bound, goals, speeds)
+    field = GoalField(walls, start, turn, cost, bound, ring_bound, goals, speeds, ellipse)
     return field, GoalRoutes(best, source, labels.successor, length)
-
-
-def no_way(walls: Walls, speeds: Speeds) -> GoalField:
-    """The field of no goal at all: infinite everywhere."""
-    chains = 2 * walls.corners.shape[0]
-    return GoalField(
-        walls=walls,
-        chain_start=np.zeros(chains + 1, dtype=np.int64),
-        exit_turn=np.empty(0),
-        exit_cost=np.empty((0, 2)),
-        chain_bound=np.full(chains, math.inf),
-        ring_bound=np.full(walls.ring_box.shape[0], math.inf),
-        goals=np.empty((0, 4)),
-        speeds=speeds,
-    )

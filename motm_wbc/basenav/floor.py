@@ -27,18 +27,18 @@ class Floor:
         self.box: Array = self._outlines.box[0]
         self._free: dict[float, tuple[shapely.Polygon, ...]] = {}
 
-    def free(self, radius: float, grid: float) -> tuple[shapely.Polygon, ...]:
+    def free(self, radius: float) -> tuple[shapely.Polygon, ...]:
         """Polygons in which a disc's centre can be; see `shrink`."""
         if radius not in self._free:
             if len(self._free) >= _KEPT_RADII:
                 self._free.pop(next(iter(self._free)))
-            self._free[radius] = shrink(self.boundary, radius, grid)
+            self._free[radius] = shrink(self.boundary, radius)
         return self._free[radius]
 
-    def blocked_near(self, ellipse: Ellipse, radius: float, grid: float) -> list[shapely.Polygon]:
+    def blocked_near(self, ellipse: Ellipse, radius: float) -> list[shapely.Polygon]:
         """What the boundary blocks in a box about an ellipse; nothing, if it is far away."""
         if relations_grown(self._outlines, ellipse, radius)[0] == HOLDS:
             return []
         box = box_about(ellipse)
-        free = [piece for part in self.free(radius, grid) for piece in clipped(part, box)]
-        return united([shapely.box(*box)], grid, without=free)
+        free = [piece for part in self.free(radius) for piece in clipped(part, box)]
+        return united([shapely.box(*box)], without=free)

@@ -39,18 +39,17 @@ class Form:
             ring.flags.writeable = False
         return moved
 
-    def grown(self, radius: float, grid: float, pose: Array) -> tuple[shapely.Polygon, ...]:
+    def grown(self, radius: float, pose: Array) -> tuple[shapely.Polygon, ...]:
         """Polygons that the form grown by a disc consists of, where the form is at a pose.
 
         Args:
             radius: of the disc [m].
-            grid: to which what meets is rounded [m].
             pose: (3,) by which the form was moved since [m], [rad].
         """
         if radius not in self._grown:
             if len(self._grown) >= _KEPT_RADII:
                 self._grown.pop(next(iter(self._grown)))
-            self._grown[radius] = grow(self.rings, radius, grid)
+            self._grown[radius] = grow(self.rings, radius)
         if not pose.any():
             return self._grown[radius]
         return tuple(

@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.graph import chain_turn
+from motm_wbc.basenav.outlines import Ellipse
 from motm_wbc.basenav.pathrtr import BACKWARD, FORWARD, Speeds, end_turn, turn_between
 from motm_wbc.basenav.search import first_from
 from motm_wbc.basenav.visibility import (
     NEITHER,
     is_blocked,
     may_be_tangent,
+    nearest_on_edge,
     nearest_on_ring,
     push_out,
     sees,
@@ -44,6 +46,7 @@ class GoalField(NamedTuple):
         ring_bound: (r,) the same of all chains of a ring.
         goals: (g, 4) x, y [m], heading [rad] or NaN if free, time added [s].
         speeds: speeds of the base.
+        ellipse: where the outlines are the whole world's; beyond, some may be missing.
     """
 
     walls: Walls
@@ -54,6 +57,7 @@ class GoalField(NamedTuple):
     ring_bound: Array
     goals: Array
     speeds: Speeds
+    ellipse: Ellipse
 
 
 @lean
@@ -252,6 +256,60 @@ def enter(field: GoalField, x: float, y: float, heading: float, place: Array) ->
     return _enter_and_move(field, x, y, heading, place)[0]
 
 
+@lean
+def known_time(field: GoalField, x: float, y: float) -> float:
+    """Time [s] up to which all paths from a place to the goals lie in the ellipse.
+
+    A path of length l from p to g is no farther from either end than l in all: its points
+    lie in the ellipse about p and g of that length, so in one about other foci that is
+    longer by the foci's distances from p and g.
+    """
+    ellipse = field.ellipse
+    length = ellipse.length
+    for goal in range(field.goals.shape[0]):
+        gx, gy = field.goals[goal, X], field.goals[goal, Y]
+        ahead = math.hypot(x - ellipse.first_x, y - ellipse.first_y)
+        ahead += math.hypot(gx - ellipse.second_x, gy - ellipse.second_y)
+        back = math.hypot(x - ellipse.second_x, y - ellipse.second_y)
+        back += math.hypot(gx - ellipse.first_x, gy - ellipse.first_y)
+        length = min(length, ellipse.length - min(ahead, back))
+    return float(length / max(field.speeds.forward, field.speeds.backward))
+
+
+@kernel
+def _pushed_within(field: GoalField, x: float, y: float, heading: float, known: float) -> float:
+    """Time from the nearest place of any edge that a path of at most `known` [s] leads from.
+
+    If there is none, a lower bound: `known`, or the time straight to the nearest goal.
+    """
+    corners, links, goals = field.walls.corners, field.walls.links, field.goals
+    speed = field.speeds.forward
+    fastest = max(speed, field.speeds.backward)
+    away = np.empty(corners.shape[0])
+    for a in range(away.size):
+        nx, ny = nearest_on_edge(corners, links, a, x, y)
+        away[a] = math.hypot(nx - x, ny - y)
+    for a in np.argsort(away, kind="mergesort"):
+        if away[a] / speed > known:
+            break
+        nx, ny = nearest_on_edge(corners, links, a, x, y)
+        if away[a] / speed + _to_nearest(goals, nx, ny) / fastest > known:
+            continue
+        time = float(away[a] / speed + first_move(field, nx, ny, heading)[0])
+        if time <= known:
+            return time
+    return float(max(known, _to_nearest(goals, x, y) / fastest))
+
+
+@kernel
+def _to_nearest(goals: Array, x: float, y: float) -> float:
+    """Distance to the nearest goal [m]."""
+    least = math.inf
+    for goal in range(goals.shape[0]):
+        least = min(least, math.hypot(goals[goal, X] - x, goals[goal, Y] - y))
+    return least
+
+
 @kernel
 def cost_to_go(field: GoalField, x: float, y: float, heading: float) -> float:
     """Exact PathRTR time from a pose to the goal, in the better gear.
@@ -260,6 +318,13 @@ def cost_to_go(field: GoalField, x: float, y: float, heading: float) -> float:
     nearest free point that the goal can be reached from, with the heading that it has; the
     distance is added as driven at full forward speed. So the time is infinite only where
     no path leads to the goal at all.
+
+    In a part of the world (`World.near`), a path that leaves its ellipse may be shorter than
+    in the whole world, or closed there. So the time of a free pose is a lower bound, exact
+    if such a path fits into the ellipse. A pose inside what is blocked may be pushed to the
+    wrong side for the sake of a path that is closed: there, a path that fits into the
+    ellipse is looked for, farther and farther away. What is found is exact or a lower bound;
+    if there is none, then that no path fits is the lower bound.
 
     Args:
         field: field of the goal.
@@ -273,4 +338,8 @@ def cost_to_go(field: GoalField, x: float, y: float, heading: float) -> float:
     if not is_blocked(field.walls, x, y):
         return first_move(field, x, y, heading)[0]
     push, time = _enter_and_move(field, x, y, heading, np.empty(2))
-    return push / field.speeds.forward + time
+    time += push / field.speeds.forward
+    if math.isinf(time) or math.isinf(field.ellipse.length):
+        return time
+    known = known_time(field, x, y)
+    return time if time <= known else _pushed_within(field, x, y, heading, known)

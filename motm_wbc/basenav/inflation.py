@@ -43,34 +43,32 @@ def grow_convex(
     return list(shapely.polygons(shapely.linearrings(corners, indices=ring)))
 
 
-def grow(rings: tuple[Array, ...], radius: float, grid: float) -> tuple[shapely.Polygon, ...]:
+def grow(rings: tuple[Array, ...], radius: float) -> tuple[shapely.Polygon, ...]:
     """Polygons that a polygon (outline and holes) grown by a disc consists of.
 
     Args:
         rings: (n, 2) each, with what is blocked on their left [m].
         radius: of the disc [m].
-        grid: to which what meets is rounded [m].
     """
     solid = Polygon(rings[0], rings[1:])
     if radius == 0.0:
         return (solid,)
     rims = [piece for ring in rings for piece in offset_pieces(ring, radius)]
-    return tuple(united([solid, *rims], grid))
+    return tuple(united([solid, *rims]))
 
 
-def shrink(boundary: Array, radius: float, grid: float) -> tuple[shapely.Polygon, ...]:
+def shrink(boundary: Array, radius: float) -> tuple[shapely.Polygon, ...]:
     """Polygons that are left of a floor where the disc's centre must stay.
 
     Args:
         boundary: (n, 2) counter-clockwise outline of the floor [m].
         radius: of the disc [m].
-        grid: to which what meets is rounded [m].
     """
     floor = Polygon(boundary)
     if radius == 0.0:
         return (floor,)
-    rim = united(offset_pieces(boundary[::-1], radius), grid)
-    return tuple(united([floor], grid, without=rim))
+    rim = united(offset_pieces(boundary[::-1], radius))
+    return tuple(united([floor], without=rim))
 
 
 def offset_pieces(ring: Array, radius: float, box: Box | None = None) -> list[shapely.Polygon]:

@@ -16,6 +16,7 @@ from motm_wbc.basenav.ellipse import SLACK, Ellipse
 from motm_wbc.basenav.field_solver import GoalRoutes, free_goals, solve_field
 from motm_wbc.basenav.goal_field import EXTRA, GoalField, enter
 from motm_wbc.basenav.onward import onward_times
+from motm_wbc.basenav.outlines import EVERYWHERE
 from motm_wbc.basenav.pathrtr import Speeds
 from motm_wbc.basenav.ring import FREE, Ring
 from motm_wbc.basenav.world import World
@@ -94,7 +95,7 @@ class FirstLeg:
         missing = (ring.rejections == FREE) & np.isinf(times)
         while missing.any():
             goals = free_goals(inflated.walls, ring.poses[missing], speeds.forward)
-            toward, _ = solve_field(inflated.walls, inflated.graph, goals, speeds)
+            toward, _ = solve_field(inflated.walls, inflated.graph, goals, speeds, EVERYWHERE)
             away = enter(toward, x, y, heading, place)
             found, farthest, _ = approach_times(approach, speeds, place[0], place[1], heading)
             reached = missing & np.isfinite(found)
@@ -164,7 +165,7 @@ class SecondLeg:
                 inflated = ellipse.inflated
                 goals = free_goals(inflated.walls, self._poses, self._speeds.forward)
                 self.field, self._routes = solve_field(
-                    inflated.walls, inflated.graph, goals, self._speeds
+                    inflated.walls, inflated.graph, goals, self._speeds, EVERYWHERE
                 )
                 self._times, self._longest = onward_times(
                     self.field, self._routes, ring.poses, ring.rejections

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -11,6 +12,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
+from motm_wbc.basenav.checks import FARTHEST, coordinates, positive, vector
 from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.basenav.inflation import turning
 from motm_wbc.errors import InputError
@@ -18,12 +20,10 @@ from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
 
 _LEAST_AREA = 1e-9  # [m^2]
+_LEAST_WIDTH = 1e-8  # [m] on average; thinner, both sides of it would touch
 _SAME_ANGLE = 1e-6  # [rad]
 _DISC_SIDES = 32  # the outline lies within 0.5 % of the radius outside of the circle
 _AT_REST = (0.0, 0.0)
-
-FARTHEST = 1e7
-"""No coordinate may be larger [m]: beyond, doubles are coarser than what counts as touching."""
 
 
 @dataclass(frozen=True)
@@ -118,22 +118,17 @@ def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
 
     Raises:
         InputError: a polygon has NaN, fewer than three distinct points or no area; a radius
-            is not positive; a velocity is not finite.
+            is not positive, or too small; a velocity is not finite.
     """
     if isinstance(obstacle, Disc):
-        centre = _vector(obstacle.centre, f"{where}.centre")
-        if not (np.isfinite(obstacle.radius) and obstacle.radius > 0.0):
-            raise InputError(
-                f"must be a finite number > 0, got {obstacle.radius}", f"{where}.radius"
-            )
-        outline = centre + polygons.disc(float(obstacle.radius), _DISC_SIDES)
-        velocity = _vector(obstacle.velocity, f"{where}.velocity")
-        return [Solid(Form((_frozen(outline),)), _AT_ORIGIN, _frozen(velocity), source)]
+        return [_round(obstacle, source, where)]
     if not isinstance(obstacle, Obstacle):
         obstacle = Obstacle(obstacle)
-    velocity = _frozen(_vector(obstacle.velocity, f"{where}.velocity"))
+    velocity = _frozen(vector(obstacle.velocity, 2, f"{where}.velocity"))
+    if not isinstance(obstacle.holes, Sequence | np.ndarray):
+        raise InputError("must be outlines, (n, 2) each", f"{where}.holes")
     if len(obstacle.holes) == 0:
-        ring = _convex_ring(_points(obstacle.outline, where))
+        ring = _convex_ring(coordinates(obstacle.outline, (-1, 2), where))
         if ring is not None:
             return [Solid(Form((ring,)), _AT_ORIGIN, velocity, source)]
     parts = simple_polygons(obstacle.outline, where)
@@ -150,13 +145,26 @@ def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
     return [_solid(part, velocity, source) for part in parts]
 
 
+def _round(disc: Disc, source: int, where: str) -> Solid:
+    centre = coordinates(disc.centre, (2,), f"{where}.centre")
+    radius = positive(disc.radius, f"{where}.radius")
+    if not _LEAST_AREA <= math.pi * radius * radius <= FARTHEST * FARTHEST:
+        raise InputError(
+            f"has no area (less than {_LEAST_AREA:g} m^2), or too large a one, got {radius:g}",
+            f"{where}.radius",
+        )
+    velocity = vector(disc.velocity, 2, f"{where}.velocity")
+    outline = _frozen(centre + polygons.disc(radius, _DISC_SIDES))
+    return Solid(Form((outline,)), _AT_ORIGIN, _frozen(velocity), source)
+
+
 def simple_polygons(points: Array, where: str) -> list[Polygon]:
     """Simple polygons, without holes, that a polygon of the user's consists of.
 
     Raises:
         InputError: see `solids_of`.
     """
-    outline = _points(points, where)
+    outline = coordinates(points, (-1, 2), where)
     if len(np.unique(outline, axis=0)) < 3:
         raise InputError("has fewer than three distinct points", where)
     shape = shapely.make_valid(Polygon(outline), method="structure", keep_collapsed=False)
@@ -164,20 +172,6 @@ def simple_polygons(points: Array, where: str) -> list[Polygon]:
     if not solid:
         raise InputError(f"has no area (less than {_LEAST_AREA:g} m^2)", where)
     return solid
-
-
-def _points(points: Array, where: str) -> Array:
-    try:
-        outline = np.array(points, dtype=float, order="C")
-    except (TypeError, ValueError):
-        raise InputError("must be numbers, an array of shape (n, 2)", where) from None
-    if outline.ndim != 2 or outline.shape[1] != 2:
-        raise InputError(f"must have shape (n, 2), got {outline.shape}", where)
-    if not np.isfinite(outline).all():
-        raise InputError("has a coordinate that is NaN or infinite", where)
-    if np.abs(outline).max(initial=0.0) > FARTHEST:
-        raise InputError(f"has a coordinate beyond {FARTHEST:g} m", where)
-    return outline
 
 
 def _convex_ring(points: Array) -> Array | None:
@@ -188,7 +182,7 @@ def _convex_ring(points: Array) -> Array | None:
     if len(points) < 3:
         return None
     least, most, total = turning(points)
-    if abs(abs(total) - math.tau) > _SAME_ANGLE or abs(_area(points)) < _LEAST_AREA:
+    if abs(abs(total) - math.tau) > _SAME_ANGLE or not _is_solid(Polygon(points)):
         return None
     if least > _SAME_ANGLE:
         return _frozen(points)
@@ -212,22 +206,17 @@ def _solid(polygon: Polygon, velocity: Array, source: int) -> Solid:
 
 def _solid_parts(shape: shapely.Geometry) -> list[Polygon]:
     parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
-    return [part for part in parts if part.area >= _LEAST_AREA]
+    return [part for part in parts if _is_solid(part)]
+
+
+def _is_solid(part: Polygon) -> bool:
+    """Whether there is enough of it to be in the way."""
+    return bool(part.area >= max(_LEAST_AREA, 0.5 * _LEAST_WIDTH * part.length))
 
 
 def _area(points: Array) -> float:
     """Signed; far from the origin the products would drown it in rounding."""
     return polygons.signed_area(points - points[0])
-
-
-def _vector(values: Array | tuple[float, float], where: str) -> Array:
-    try:
-        vector = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError("must be two numbers", where) from None
-    if vector.shape != (2,) or not np.isfinite(vector).all():
-        raise InputError("must be two finite numbers", where)
-    return vector
 
 
 def _frozen(points: Array) -> Array:

@@ -68,6 +68,9 @@ class Ellipse(NamedTuple):
         return x - half_x, y - half_y, x + half_x, y + half_y
 
 
+EVERYWHERE = Ellipse(0.0, 0.0, 0.0, 0.0, math.inf)
+
+
 def ellipse_of(first: Array, second: Array, length: float) -> Ellipse:
     """The ellipse about two places (2,) [m]."""
     return Ellipse(

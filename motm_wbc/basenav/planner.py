@@ -8,21 +8,22 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from shapely.geometry import Point, Polygon
 
-from motm_wbc.basenav.field_solver import GoalRoutes, no_way, solve_field
+from motm_wbc.basenav.checks import PoseLike, not_negative, pose_of, positive
+from motm_wbc.basenav.field_solver import GoalRoutes, solve_field
 from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.inflated import Inflated
-from motm_wbc.basenav.obstacle import FARTHEST
+from motm_wbc.basenav.outlines import EVERYWHERE
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, path_time
 from motm_wbc.basenav.rooms import may_be_joined
 from motm_wbc.basenav.tracing import trace
 from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH
-from motm_wbc.basenav.world import World, check_radius
-from motm_wbc.errors import InputError, NoPath
+from motm_wbc.basenav.world import World, checked_radius
+from motm_wbc.errors import NoPath
 from motm_wbc.geometry.arrays import Array
 
-PoseLike: TypeAlias = Array | tuple[float, float, float | None]
 _FieldKey: TypeAlias = tuple[float, float, float, Inflated]
 _KEPT_FIELDS = 32
 _DETOUR = 1.05  # length of the first ellipse over the distance of its foci
@@ -86,15 +87,13 @@ class GlobalPlanner:
         Raises:
             InputError: a number is not in its range.
         """
-        for name, value in (("v_max", v_max), ("omega_max", omega_max)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"must be a finite number > 0, got {value}", name)
-        if not (math.isfinite(v_reverse) and v_reverse >= 0.0):
-            raise InputError(f"must be a finite number >= 0, got {v_reverse}", "v_reverse")
-        check_radius(inflation)
         self.world = world
-        self.speeds = Speeds(float(v_max), float(v_reverse), float(omega_max))
-        self._inflation = inflation
+        self.speeds = Speeds(
+            forward=positive(v_max, "v_max"),
+            backward=not_negative(v_reverse, "v_reverse"),
+            turning=positive(omega_max, "omega_max"),
+        )
+        self._inflation = checked_radius(inflation)
         self._fields: OrderedDict[_FieldKey, tuple[GoalField, GoalRoutes]] = OrderedDict()
 
     @property
@@ -122,9 +121,9 @@ class GlobalPlanner:
         goal. They are exact from `near`, and from every pose within `reach` of it from
         which the path found is longer by `reach` at most: the ellipse allows the length of
         the path from `near` and two reaches more, one for that path, one for the way
-        between the two poses. Beyond, they are lower bounds (but where a pose is pushed out
-        to a point that only a longer path leads from). If there is no path from `near`, all
-        of them may be infinite; else they are only where the whole world has no path.
+        between the two poses. Beyond, and where there is no path from `near`, they are lower
+        bounds; see `cost_to_go` for poses inside inflated obstacles. A time is infinite only
+        if the whole world has no path.
 
         Args:
             goal: x, y [m], heading [rad], None or NaN: free.
@@ -134,18 +133,19 @@ class GlobalPlanner:
         Raises:
             InputError: a pose is not finite, or the reach is negative or not finite.
         """
-        end = _pose(goal, "goal")
+        end = pose_of(goal, "goal")
         if near is None:
             return self._solved(end, self.inflated)[0]
-        if not (math.isfinite(reach) and reach >= 0.0):
-            raise InputError(f"must be a finite number >= 0, got {reach}", "reach")
-        return self._search(_pose(near, "near"), end, 2.0 * reach)[0]
+        spare = 2.0 * not_negative(reach, "reach")
+        inflated, _ = self._search(pose_of(near, "near"), end, spare)
+        return self._solved(end, inflated)[0]
 
     def plan(self, start: PoseLike, goal: PoseLike) -> Path:
         """The fastest path.
 
-        Start and goal may lie inside an inflated obstacle, but not inside an obstacle: they
-        are then pushed out to the nearest free point, and the path says so.
+        Start and goal may lie inside an inflated obstacle, but neither inside an obstacle nor
+        outside the boundary: they are then pushed out to the nearest free point, and the path
+        says so.
 
         Args:
             start: x, y [m], heading [rad], None or NaN: free.
@@ -155,10 +155,11 @@ class GlobalPlanner:
             InputError: start or goal is not finite.
             NoPath: there is none.
         """
-        begin, end = _pose(start, "start"), _pose(goal, "goal")
+        begin, end = pose_of(start, "start"), pose_of(goal, "goal")
         for name, pose in (("start", begin), ("goal", end)):
             if self._is_in_obstacle(pose):
-                raise NoPath(f"the {name} {_text(pose)} lies inside an obstacle")
+                where = "outside the boundary" if self._is_outside(pose) else "inside an obstacle"
+                raise NoPath(f"the {name} {_text(pose)} lies {where}")
         path = self.route(begin, end)
         if path is None:
             raise NoPath(f"there is no path from {_text(begin)} to {_text(end)}")
@@ -173,15 +174,20 @@ class GlobalPlanner:
         """
         return self._search(start, goal, 0.0)[1]
 
-    def _search(self, start: Array, goal: Array, spare: float) -> tuple[GoalField, Path | None]:
-        """The fastest path, and the field it was found in, right for longer paths by `spare`."""
+    def _search(self, start: Array, goal: Array, spare: float) -> tuple[Inflated, Path | None]:
+        """The fastest path, and the part of the world it was found in.
+
+        It is right for paths that are longer by `spare` [m]. If there is no path, it is the
+        largest part that was searched for one.
+        """
+        searched: Inflated | None = None
         apart = math.dist(start[:2], goal[:2])
         length = _rung(_DETOUR * apart + 4.0 * self._inflation + spare)
         while True:
             inflated = self.world.near(self._inflation, start[:2], goal[:2], length)
             corners = len(inflated.walls.corners)
             if corners > _MANY_CORNERS and not may_be_joined(self.inflated.walls, start, goal):
-                return no_way(inflated.walls, self.speeds), None
+                return searched or inflated, None
             field, routes = self._solved(goal, inflated)
             path = self._path(field, routes, inflated, start, goal)
             if path is None:  # for good, if the goal is where it would be in the whole world
@@ -190,7 +196,8 @@ class GlobalPlanner:
             else:
                 needed = path.length + spare
             if inflated.covers(start, goal, needed):
-                return field, path
+                return inflated, path
+            searched = inflated
             length = _rung(max(needed, _GROWTH * length))
 
     def _path(
@@ -230,6 +237,10 @@ class GlobalPlanner:
         walls = self.world.near(0.0, pose, pose, 0.0).walls
         return bool(push_out(walls, pose[0], pose[1], np.empty(2)) > TOUCH)
 
+    def _is_outside(self, pose: Array) -> bool:
+        boundary = self.world.boundary
+        return boundary is not None and not Polygon(boundary).contains(Point(pose[:2]))
+
     def _solved(self, goal: Array, inflated: Inflated) -> tuple[GoalField, GoalRoutes]:
         x, y, heading = goal.tolist()
         key = (x, y, math.inf if math.isnan(heading) else heading, inflated)
@@ -260,7 +271,11 @@ class GlobalPlanner:
             row[2] = pose[2]
             row[3] = push / self.speeds.forward if push > TOUCH else 0.0
         solved: tuple[GoalField, GoalRoutes] = solve_field(
-            space.walls, space.graph, rows, self.speeds
+            space.walls,
+            space.graph,
+            rows,
+            self.speeds,
+            EVERYWHERE if space.ellipse is None else space.ellipse,
         )
         return solved
 
@@ -270,20 +285,6 @@ def _rung(length: float) -> float:
     if not 0.0 < length < _ENDLESS:
         return 0.0 if length <= 0.0 else math.inf
     return float(2.0 ** (math.ceil(8.0 * math.log2(length)) / 8.0))
-
-
-def _pose(pose: PoseLike, where: str) -> Array:
-    """(3,) with NaN for a free heading."""
-    try:
-        x, y, heading = pose
-        values = np.array([x, y, math.nan if heading is None else heading], dtype=float)
-    except (TypeError, ValueError):
-        raise InputError("must be x, y and heading (None: free)", where) from None
-    if not np.isfinite(values[:2]).all() or np.isinf(values[2]):
-        raise InputError(f"must be finite numbers, got {_text(values)}", where)
-    if np.abs(values[:2]).max() > FARTHEST:
-        raise InputError(f"must lie within {FARTHEST:g} m, got {_text(values)}", where)
-    return values
 
 
 def _heading(pose: Array) -> float | None:

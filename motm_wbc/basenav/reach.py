@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from motm_wbc.basenav.checks import not_negative, vector
 from motm_wbc.geometry.arrays import Array
 
 
@@ -25,6 +26,16 @@ class ReachRegion:
     arm_xy: Array
     radius: float
     bearing: float = math.pi
+
+    def __post_init__(self) -> None:
+        """Check the region.
+
+        Raises:
+            InputError: a number is not finite, the radius or the bearing negative.
+        """
+        vector(self.arm_xy, 2, "arm_xy")
+        not_negative(self.radius, "radius")
+        not_negative(self.bearing, "bearing")
 
     def contains(self, pose: Array, object_xy: Array) -> bool:
         """Whether the object (2,) is in reach of a base at `pose` (3,)."""

@@ -8,56 +8,64 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from motm_wbc.basenav.noding import Rings, near_misses, noded
 from motm_wbc.basenav.outlines import clusters
-from motm_wbc.basenav.walls import Indices
-from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.jit import kernel
+from motm_wbc.basenav.walls import TOUCH, Indices
+from motm_wbc.geometry.arrays import Array, BoolArray
 
-_APART = 1e-8  # [m] what is nearer than this may only have met up to rounding; > TOUCH
-
-
-def snap_grid(extent: float) -> float:
-    """Grid to which outlines are rounded where they meet [m].
-
-    Outlines that meet up to rounding then meet exactly, at common corners; 1e-11 m within
-    1 km of the origin, coarser beyond, as doubles are.
-    """
-    decades = math.ceil(math.log10(max(extent, 1000.0)))
-    return float(10.0 ** (decades - 14))
+_ROUNDINGS = 8.0  # that an outline may be off by, each as coarse as doubles are there
+_ROUNDS = 4  # of uniting and noding, after which all meets exactly
+_LEAST_CLOSED = 4  # points of a ring that has an area, the first one twice
+_FINE = 0.01  # of what touches: the grid of the union that can't fail
 
 
 def united(
-    parts: Sequence[shapely.Polygon], grid: float, without: Sequence[shapely.Polygon] = ()
+    parts: Sequence[shapely.Polygon], without: Sequence[shapely.Polygon] = ()
 ) -> list[shapely.Polygon]:
     """Polygons of a union, less others; noded: where two touch, both have a corner.
 
-    Rounding to a grid costs five times the union itself. So it is only done where the
-    plain union leaves a corner next to an edge that is not its own: there, outlines met
-    up to rounding, and whether they touch is for the grid to decide.
+    What is no farther apart than `TOUCH`, touches. GEOS leaves that to rounding: it may leave
+    slits between polygons, and corners beside edges. So where it has left a corner next to an
+    edge that doesn't end there, they are made to meet and are united once more, now exactly.
 
     Args:
         parts: what is united.
-        grid: from `snap_grid` [m].
         without: what is cut out of the union.
     """
+    if len(parts) == 0:
+        return []
+    apart = _tolerance([*parts, *without])
+    pieces = _united([*parts, *without], len(parts), apart)
+    for _ in range(_ROUNDS):
+        met = _met(pieces, apart)
+        if met is None:
+            break
+        pieces = _united(met, len(met), apart)
+    return pieces
+
+
+def _tolerance(shapes: Sequence[shapely.Polygon]) -> float:
+    """What touches [m]: `TOUCH`, or as coarse as doubles are far from the origin."""
+    farthest = float(np.abs(shapely.total_bounds(shapes)).max())
+    return max(TOUCH, _ROUNDINGS * math.ulp(farthest))
+
+
+def _united(shapes: list[shapely.Polygon], count: int, apart: float) -> list[shapely.Polygon]:
+    """What comes before `count` less the others; only what may meet is united."""
     pieces: list[shapely.Polygon] = []
-    for group in _groups([*parts, *without], len(parts), grid):
-        kept, cut = group
+    for kept, cut in _groups(shapes, count, apart) if shapes else ():
         if len(kept) == 1 and not cut:
             pieces += kept
         elif kept:
-            pieces += _combined(kept, cut, grid)
+            pieces += _combined(kept, cut, apart)
     return pieces
 
 
 def _groups(
-    shapes: list[shapely.Polygon], count: int, grid: float
+    shapes: list[shapely.Polygon], count: int, apart: float
 ) -> list[tuple[list[shapely.Polygon], list[shapely.Polygon]]]:
     """Shapes that may meet, together: those before `count`, and the others."""
-    if not shapes:
-        return []
-    margin = max(_APART, 10.0 * grid)
-    box = shapely.bounds(shapes) + margin * np.array([-1.0, -1.0, 1.0, 1.0])
+    box = shapely.bounds(shapes) + apart * np.array([-1.0, -1.0, 1.0, 1.0])
     found: dict[int, tuple[list[shapely.Polygon], list[shapely.Polygon]]] = {}
     for index, label in enumerate(clusters(box).tolist()):
         found.setdefault(label, ([], []))[index >= count].append(shapes[index])
@@ -65,87 +73,95 @@ def _groups(
 
 
 def _combined(
-    kept: list[shapely.Polygon], cut: list[shapely.Polygon], grid: float
+    kept: list[shapely.Polygon], cut: list[shapely.Polygon], apart: float
 ) -> list[shapely.Polygon]:
-    for size in (None, grid):
-        united = shapely.union_all(kept, grid_size=size)
-        if cut:
-            united = shapely.difference(
-                united, shapely.union_all(cut, grid_size=size), grid_size=size
-            )
-        parts = _polygons(united, grid, fill=not cut)
-        if size is None and parts and not _almost_touches(parts, grid):
-            break
-    return parts
+    whole = _union(kept, apart)
+    if cut:
+        taken = _union(cut, apart)
+        left = shapely.difference(whole, taken)
+        if _holds(left, cut).any():  # never seen; what is blocked must not be free
+            left = shapely.difference(whole, taken, grid_size=_FINE * apart)
+        whole = left
+    return _polygons(whole, apart, fill=not cut)
 
 
-def _polygons(geometry: shapely.Geometry, grid: float, fill: bool) -> list[shapely.Polygon]:
-    """Polygons of a geometry, without slivers thinner than rounding.
+def _union(parts: list[shapely.Polygon], apart: float) -> shapely.Geometry:
+    """The union; on a grid, five times as slow, if GEOS has lost one of the polygons.
+
+    It does so where corners lie next to edges, about once in a thousand times.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    whole = shapely.union_all(parts)
+    if _holds(whole, parts).all():
+        return whole
+    return shapely.union_all(parts, grid_size=_FINE * apart)
+
+
+def _holds(whole: shapely.Geometry, parts: list[shapely.Polygon]) -> BoolArray:
+    """(p,) whether a geometry has some inner point of each of the polygons inside."""
+    shapely.prepare(whole)
+    points = shapely.get_coordinates(shapely.point_on_surface(parts))
+    return np.asarray(shapely.contains_xy(whole, points))
+
+
+def _met(parts: list[shapely.Polygon], apart: float) -> list[shapely.Polygon] | None:
+    """Polygons with outlines that meet exactly; None if they do so as they are."""
+    if not parts:
+        return None
+    rings, first_ring = _rings(parts)
+    pairs = near_misses(rings, apart)
+    if len(pairs) == 0:
+        return None
+    where = np.searchsorted(first_ring, rings.ring[pairs], side="right") - 1
+    near = set(where.ravel().tolist())
+    far = [part for k, part in enumerate(parts) if k not in near]
+    return far + _noded([part for k, part in enumerate(parts) if k in near], apart)
+
+
+def _rings(parts: list[shapely.Polygon]) -> tuple[Rings, Indices]:
+    """All rings, and the number of each polygon's outline."""
+    _, points, (start, first_ring) = shapely.to_ragged_array(parts)
+    ring = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    return Rings(points, ring), np.asarray(first_ring[:-1])
+
+
+def _noded(parts: list[shapely.Polygon], apart: float) -> list[shapely.Polygon]:
+    """The polygons, noded with each other: each may fall into several, or be gone."""
+    rings, first_ring = _rings(parts)
+    count = int(rings.ring[-1]) + 1
+    points, ring = noded(rings, apart)
+    lines = np.split(points, np.searchsorted(ring, np.arange(1, count)))
+    each = np.split(np.arange(count), first_ring[1:])
+    return [piece for of_part in each for piece in _valid([lines[k] for k in of_part])]
+
+
+def _valid(lines: list[Array]) -> list[shapely.Polygon]:
+    """Polygons of an outline and holes that may touch themselves along edges."""
+    outline, *holes = lines
+    if len(outline) < _LEAST_CLOSED:
+        return []
+    polygon = shapely.Polygon(outline, [hole for hole in holes if len(hole) >= _LEAST_CLOSED])
+    valid = shapely.make_valid(polygon, method="structure", keep_collapsed=False)
+    return [part for part in shapely.get_parts(valid) if part.geom_type == "Polygon"]
+
+
+def _polygons(geometry: shapely.Geometry, apart: float, fill: bool) -> list[shapely.Polygon]:
+    """Polygons of a geometry, without slivers thinner than what touches.
 
     Args:
         geometry: of any kind.
-        grid: to which what meets is rounded [m].
+        apart: what touches [m].
         fill: close holes that are such slivers too: gaps between what met.
     """
-    parts = [part for part in shapely.get_parts(geometry) if not _is_sliver(part, grid)]
-    return [_filled(part, grid) for part in parts] if fill else parts
+    parts = [part for part in shapely.get_parts(geometry) if not _is_sliver(part, apart)]
+    return [_filled(part, apart) for part in parts] if fill else parts
 
 
-def _is_sliver(part: shapely.Geometry, grid: float) -> bool:
-    return part.geom_type != "Polygon" or bool(part.area <= 10.0 * grid * part.length)
+def _is_sliver(part: shapely.Geometry, apart: float) -> bool:
+    return part.geom_type != "Polygon" or bool(part.area <= apart * part.length)
 
 
-def _filled(part: shapely.Polygon, grid: float) -> shapely.Polygon:
-    holes = [hole for hole in part.interiors if not _is_sliver(shapely.Polygon(hole), grid)]
+def _filled(part: shapely.Polygon, apart: float) -> shapely.Polygon:
+    holes = [hole for hole in part.interiors if not _is_sliver(shapely.Polygon(hole), apart)]
     return part if len(holes) == len(part.interiors) else shapely.Polygon(part.exterior, holes)
-
-
-def _almost_touches(parts: list[shapely.Polygon], grid: float) -> bool:
-    """Whether a corner lies next to a corner or an edge other than those beside it."""
-    _, points, (ring_start, _) = shapely.to_ragged_array(parts)
-    starts = np.asarray(ring_start, dtype=np.int64)
-    order = np.argsort(points[:, 0], kind="stable")
-    return bool(_has_near_miss(points, starts, order, max(_APART, 10.0 * grid)))
-
-
-@kernel
-def _is_near(points: Array, corner: int, a: int, b: int, apart: float) -> bool:
-    """Whether a corner is nearer than `apart` to the edge from a to b."""
-    ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    wx, wy = points[corner, 0] - points[a, 0], points[corner, 1] - points[a, 1]
-    square = ex * ex + ey * ey
-    along = 0.0 if square == 0.0 else min(max((wx * ex + wy * ey) / square, 0.0), 1.0)
-    dx, dy = wx - along * ex, wy - along * ey
-    return bool(dx * dx + dy * dy <= apart * apart)
-
-
-@kernel
-def _has_near_miss(points: Array, ring_start: Indices, order: Indices, apart: float) -> bool:
-    """`order` sorts the corners of the closed rings by x."""
-    ring_of = np.empty(points.shape[0], dtype=np.int64)
-    for ring in range(ring_start.size - 1):
-        ring_of[ring_start[ring] : ring_start[ring + 1]] = ring
-    xs = points[order, 0]
-    for ring in range(ring_start.size - 1):
-        first, last = ring_start[ring], ring_start[ring + 1] - 1  # `last` repeats `first`
-        for a in range(first, last):
-            b = a + 1
-            if math.hypot(points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]) <= apart:
-                return True
-            low = min(points[a, 0], points[b, 0]) - apart
-            high = max(points[a, 0], points[b, 0]) + apart
-            low_y = min(points[a, 1], points[b, 1]) - apart
-            high_y = max(points[a, 1], points[b, 1]) + apart
-            k = np.searchsorted(xs, low)
-            while k < xs.size and xs[k] <= high:
-                corner = order[k]
-                k += 1
-                if points[corner, 1] < low_y or points[corner, 1] > high_y:
-                    continue
-                if ring_of[corner] == ring:
-                    own = first if corner == last else corner
-                    if own in (a, first if b == last else b):
-                        continue
-                if _is_near(points, corner, a, b, apart):
-                    return True
-    return False

@@ -45,7 +45,6 @@ def blocked_near(
     outlines: Outlines,
     chosen: Indices,
     radius: float,
-    grid: float,
     clip: Box | None = None,
 ) -> list[shapely.Polygon]:
     """Polygons of some solids grown by a disc, not united yet.
@@ -56,7 +55,6 @@ def blocked_near(
         outlines: of all solids, moved.
         chosen: which ones are wanted.
         radius: of the disc [m].
-        grid: to which what meets is rounded [m].
         clip: box about which outlines of many corners are wanted, the rest of them may be
             missing; None: all.
     """
@@ -66,10 +64,10 @@ def blocked_near(
     parts = grow_convex(outlines.points, starts, ends, radius)
     for k in chosen[~convex]:
         if clip is None:
-            parts += forms[k].grown(radius, grid, poses[k])
+            parts += forms[k].grown(radius, poses[k])
             continue
         if forms[k].corners < _MAP:
-            grown = forms[k].grown(radius, grid, poses[k])
+            grown = forms[k].grown(radius, poses[k])
             parts += [piece for part in grown for piece in clipped(part, clip)]
             continue
         rings = forms[k].rings_at(poses[k])

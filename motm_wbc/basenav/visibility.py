@@ -234,19 +234,26 @@ def is_blocked(walls: Walls, x: float, y: float) -> bool:
 
 
 @lean
+def nearest_on_edge(
+    corners: Array, links: Indices, a: int, x: float, y: float
+) -> tuple[float, float]:
+    """Nearest point of the edge from corner a to the next one [m]."""
+    ux, uy = corners[a, UX], corners[a, UY]
+    wx, wy = x - corners[a, X], y - corners[a, Y]
+    along = min(max(wx * ux + wy * uy, 0.0), corners[a, LENGTH])
+    if along == corners[a, LENGTH]:
+        after = links[a, NEXT]
+        return corners[after, X], corners[after, Y]
+    return corners[a, X] + along * ux, corners[a, Y] + along * uy
+
+
+@lean
 def nearest_on_ring(walls: Walls, ring: int, x: float, y: float, out: Array) -> float:
     """Distance [m] to a ring; its nearest point is written to `out` (2,)."""
-    corners = walls.corners
+    corners, links = walls.corners, walls.links
     best = math.inf
     for a in range(walls.ring_start[ring], walls.ring_start[ring + 1]):
-        ux, uy = corners[a, UX], corners[a, UY]
-        wx, wy = x - corners[a, X], y - corners[a, Y]
-        along = min(max(wx * ux + wy * uy, 0.0), corners[a, LENGTH])
-        if along == corners[a, LENGTH]:
-            after = walls.links[a, NEXT]
-            nx, ny = corners[after, X], corners[after, Y]
-        else:
-            nx, ny = corners[a, X] + along * ux, corners[a, Y] + along * uy
+        nx, ny = nearest_on_edge(corners, links, a, x, y)
         square = (x - nx) * (x - nx) + (y - ny) * (y - ny)
         if square < best:
             best = square

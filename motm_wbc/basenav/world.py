@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 from functools import cached_property
@@ -10,20 +9,21 @@ from functools import cached_property
 import numpy as np
 from shapely.geometry import Polygon
 
+from motm_wbc.basenav.checks import FARTHEST, not_negative, number, numbers
 from motm_wbc.basenav.floor import Floor
 from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.basenav.inflated import Inflated
 from motm_wbc.basenav.inflation import OUTER, Box
 from motm_wbc.basenav.obstacle import ObstacleLike, Solid, ring_of, simple_polygons, solids_of
 from motm_wbc.basenav.outlines import APART, Ellipse, Outlines, ellipse_of, moved, pack
-from motm_wbc.basenav.union import snap_grid, united
+from motm_wbc.basenav.union import united
 from motm_wbc.basenav.vicinity import (
     blocked_near,
     box_about,
     relations_grown,
     rounded_up,
 )
-from motm_wbc.basenav.walls import Indices
+from motm_wbc.basenav.walls import TOUCH, Indices
 from motm_wbc.errors import InputError
 from motm_wbc.geometry.arrays import Array
 
@@ -48,7 +48,7 @@ class World:
         velocities: (s, 2) of the solids [m/s].
     """
 
-    def __init__(self, obstacles: Sequence[ObstacleLike], boundary: Array | None = None) -> None:
+    def __init__(self, obstacles: Iterable[ObstacleLike], boundary: Array | None = None) -> None:
         """Check and keep the obstacles.
 
         Args:
@@ -57,10 +57,12 @@ class World:
             boundary: (n, 2) [m] outline of the floor; None: no end to it.
 
         Raises:
-            InputError: a polygon has NaN, fewer than three distinct points or no area, or
-                the boundary crosses itself.
+            InputError: a polygon has NaN, fewer than three distinct points or no area, the
+                boundary crosses itself, or there is no sequence of obstacles.
         """
         floor = None
+        if not isinstance(obstacles, Iterable):
+            raise InputError("must be a sequence of polygons, (n, 2) each", "obstacles")
         solids = [
             solid
             for index, obstacle in enumerate(obstacles)
@@ -146,13 +148,11 @@ class World:
         """The world `time` [s] later, each obstacle having moved with its velocity.
 
         Raises:
-            InputError: the time is not finite.
+            InputError: the time is not finite, or so long that obstacles are out of the world.
         """
-        if not math.isfinite(time):
-            raise InputError(f"must be a finite number, got {time}", "time")
         poses = self._poses.copy()
-        poses[:, :2] += time * self.velocities
-        return self._at(poses)
+        poses[:, :2] += number(time, "time") * self.velocities
+        return self._at(poses, "time")
 
     def transformed(self, transforms: Array) -> World:
         """The world with each obstacle moved rigidly.
@@ -162,19 +162,16 @@ class World:
                 angle [rad] by which its points are turned about the origin, then shifted.
 
         Raises:
-            InputError: there are not as many transforms as obstacles, or one is not finite.
+            InputError: there are not as many transforms as obstacles, one is not finite, or
+                moves what it moves out of the world.
         """
-        try:
-            ways = np.asarray(transforms, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError("must be numbers, an array of shape (k, 3)", "transforms") from None
-        count = 1 + int(self._sources.max(initial=-1))
-        if ways.shape != (count, 3) or not np.isfinite(ways).all():
-            raise InputError(f"must be finite numbers of shape ({count}, 3)", "transforms")
-        return self._at(turned_by(self._poses, ways[self._sources]))
+        ways = numbers(transforms, (1 + int(self._sources.max(initial=-1)), 3), "transforms")
+        return self._at(turned_by(self._poses, ways[self._sources]), "transforms")
 
-    def _at(self, poses: Array) -> World:
-        """The same solids at other poses (s, 3)."""
+    def _at(self, poses: Array, where: str) -> World:
+        """The same solids at other poses (s, 3); `where`: what moves them."""
+        if not np.abs(poses).max(initial=0.0) <= FARTHEST:
+            raise InputError(f"must be finite, and move by at most {FARTHEST:g} m", where)
         world = object.__new__(World)
         world._set(self._forms, self._given, poses, self.velocities, self._sources, self._floor)
         changed = (poses != self._poses).any(axis=1)
@@ -203,12 +200,6 @@ class World:
         low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
-    @cached_property
-    def _grid(self) -> float:
-        """To which outlines that meet are rounded [m]."""
-        empty = self._floor is None and not self._forms
-        return snap_grid(0.0 if empty else max(map(abs, self._extent)))
-
     def near(self, radius: float, first: Array, second: Array, length: float) -> Inflated:
         """The free space as far as paths of a length between two places are concerned.
 
@@ -217,7 +208,10 @@ class World:
         the ellipse, where nothing is missing; nowhere is more blocked than in the whole
         world. So the optimum found here is a lower bound, and if it is not longer than
         `length` it is the whole world's optimum; a place that can't be reached here (and
-        was not pushed out to a point outside of the ellipse) can't be reached at all. For a
+        was not pushed out to a point outside of the ellipse) can't be reached at all. A place
+        inside an inflated outline is pushed to the same point as in the whole world if that
+        lies in the ellipse; but whether the goal can be reached from there, or the place has
+        to be pushed elsewhere, is only known if the path from there lies in it too. For a
         ring of places of radius r about the second one, ask for the longest path plus r.
 
         The ellipse is widened to one of a grid, so that a robot that moves a little is given
@@ -234,7 +228,7 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        check_radius(radius)
+        radius = checked_radius(radius)
         asked = ellipse_of(first, second, length)
         if self._is_small or not max(map(abs, asked)) < _ENDLESS:
             return self.inflated(radius)
@@ -254,8 +248,8 @@ class World:
         members = relations_grown(self.outlines, ellipse, radius) != APART
         parts = self._blocked(np.flatnonzero(members), radius, box_about(ellipse))
         if self._floor is not None:
-            parts += self._floor.blocked_near(ellipse, radius, self._grid)
-        return Inflated(radius, united(parts, self._grid), False, members, ellipse)
+            parts += self._floor.blocked_near(ellipse, radius)
+        return Inflated(radius, united(parts), False, members, ellipse)
 
     def inflated(self, radius: float) -> Inflated:
         """The free space of a disc's centre everywhere, kept for the next call.
@@ -266,7 +260,7 @@ class World:
         Raises:
             InputError: the radius is negative or not finite.
         """
-        check_radius(radius)
+        radius = checked_radius(radius)
         if radius not in self._inflated:
             if len(self._inflated) >= _KEPT_RADII:
                 self._inflated.popitem(last=False)
@@ -277,14 +271,12 @@ class World:
         members = np.ones(len(self._forms), dtype=bool)
         blocked = self._blocked(np.flatnonzero(members), radius, None)
         if self._floor is None:
-            return Inflated(radius, united(blocked, self._grid), False, members)
-        free = united(self._floor.free(radius, self._grid), self._grid, without=blocked)
+            return Inflated(radius, united(blocked), False, members)
+        free = united(self._floor.free(radius), without=blocked)
         return Inflated(radius, free, True, members)
 
     def _blocked(self, chosen: Indices, radius: float, clip: Box | None) -> list[Polygon]:
-        return blocked_near(
-            self._forms, self._poses, self.outlines, chosen, radius, self._grid, clip
-        )
+        return blocked_near(self._forms, self._poses, self.outlines, chosen, radius, clip)
 
     def _lies_in(self, ellipse: Ellipse, radius: float) -> bool:
         """Whether all that there is, inflated, lies in an ellipse."""
@@ -293,11 +285,11 @@ class World:
         return apart + 4.0 * OUTER * radius <= ellipse.length
 
 
-def check_radius(radius: float) -> None:
-    """Refuses what is no radius to inflate by.
+def checked_radius(radius: float) -> float:
+    """A radius to inflate by [m]; one below `TOUCH` is none.
 
     Raises:
         InputError: it is negative or not finite.
     """
-    if not (math.isfinite(radius) and radius >= 0.0):
-        raise InputError(f"must be a finite number >= 0, got {radius}", "inflation")
+    given = not_negative(radius, "inflation")
+    return given if given > TOUCH else 0.0

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry import Polygon
 
-from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.goal_field import cost_to_go, first_move
 from motm_wbc.basenav.inflation import OUTER
 from motm_wbc.basenav.obstacle import Disc, Obstacle
 from motm_wbc.basenav.outlines import APART, HOLDS, MEETS, Ellipse, pack, relations
@@ -194,6 +194,73 @@ def test_a_field_near_a_pose_is_right_for_those_about_it(seed):
             assert here == pytest.approx(there, abs=1e-9)
             checked += 1
     assert checked > 5
+
+
+def corridor(length):
+    """Behind a long wall a corridor that is closed at its far end; and posts far away."""
+    walls = [(-1.1, 0.0, length, 0.1), (-1.1, 1.0, length, 1.1), (-1.1, 0.0, -1.0, 1.1)]
+    walls.append((length - 0.1, 0.0, length, 1.1))
+    boxes = [np.array([[x, y], [u, y], [u, v], [x, v]]) for x, y, u, v in walls]
+    return World([*boxes, *(rectangle(0.5, 0.5) + np.array([2.0 * k, 30.0]) for k in range(40))])
+
+
+def test_a_pose_in_a_wall_is_not_pushed_into_a_corridor_that_is_closed_out_of_sight():
+    nav = GlobalPlanner(corridor(14.0), 0.5, 1.745, inflation=0.3)
+    goal, near, reach = np.array([4.0, -1.0, 0.0]), np.array([0.0, -0.6, 0.0]), 0.8
+    field, whole = nav.goal_field(goal, near, reach), nav.goal_field(goal)
+    assert field.ellipse.box[2] < 13.0
+    pose = (0.3, 0.08, 0.0)
+    place = np.empty(2)
+    push_out(field.walls, *pose[:2], place)
+    assert place[1] > 0.3  # the corridor is nearer
+    deceived = first_move(field, *place, 0.0)[0]
+    assert deceived > 1.5 * cost_to_go(whole, *pose)
+    assert cost_to_go(field, *pose) == pytest.approx(cost_to_go(whole, *pose), abs=1e-9)
+
+
+def test_where_there_is_no_path_from_a_pose_there_may_be_one_from_those_about_it():
+    nav = GlobalPlanner(corridor(14.0), 0.5, 1.745, inflation=0.3)
+    goal, near = np.array([4.0, -1.0, 0.0]), np.array([0.0, 0.55, 0.0])
+    assert nav.route(near, goal) is None
+    field, whole = nav.goal_field(goal, near, 1.5), nav.goal_field(goal)
+    assert math.isinf(cost_to_go(whole, *near))
+    for pose in ((0.2, -0.4, 0.0), (1.0, -0.5, 2.0), (0.3, 0.02, 1.0)):
+        assert cost_to_go(field, *pose) == pytest.approx(cost_to_go(whole, *pose), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_times_near_a_pose_are_never_too_high(seed):
+    rng = np.random.default_rng(seed)
+    obstacles, side = scattered(seed + 80, 150, 0.9)  # crowded: most poses are pushed out
+    nav = GlobalPlanner(World(obstacles), 0.5, 1.745, inflation=0.2, v_reverse=0.2 * (seed % 2))
+    blocked = {True: 0, False: 0}
+    exact = 0
+    for _ in range(4):
+        goal, near = rng.uniform(-0.3 * side, 0.3 * side, (2, 3))
+        field, whole = nav.goal_field(goal, near, 0.6), nav.goal_field(goal)
+        for offset in rng.uniform(-1.0, 1.0, (30, 3)):
+            pose = near + offset * np.array([0.6, 0.6, 3.0])
+            here, there = cost_to_go(field, *pose), cost_to_go(whole, *pose)
+            assert here <= there + 1e-9
+            blocked[push_out(whole.walls, *pose[:2], np.empty(2)) > 0.0] += 1
+            exact += abs(here - there) < 1e-9 or math.isinf(there)
+    assert min(blocked.values()) > 5
+    assert exact > 60
+
+
+def test_a_base_that_is_faster_in_reverse_goes_the_other_way_round():
+    obstacles, side = scattered(2, 20, 1.0)
+    rng = np.random.default_rng(0)
+    ahead = GlobalPlanner(World(obstacles), 1.0, 1.745, inflation=0.1, v_reverse=0.3)
+    back = GlobalPlanner(World(obstacles), 0.3, 1.745, inflation=0.1, v_reverse=1.0)
+    walls, point = ahead.inflated.walls, np.empty(2)
+    for start, goal in rng.uniform(-side, side, (40, 2, 2)):
+        if push_out(walls, *start, point) == push_out(walls, *goal, point) == 0.0:
+            one = ahead.route(np.array([*start, 0.3]), np.array([*goal, 1.0]))
+            other = back.route(np.array([*start, 0.3 + math.pi]), np.array([*goal, 1.0 + math.pi]))
+            assert (one is None) == (other is None)
+            if one is not None:
+                assert one.time == pytest.approx(other.time, abs=1e-9)
 
 
 def test_answers_do_not_depend_on_what_was_asked_before():
