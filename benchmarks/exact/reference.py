@@ -24,7 +24,8 @@ from benchmarks.exact.sight import TOLERANCE, Array, FreeSpace
 Indices: TypeAlias = NDArray[np.int64]
 Pose: TypeAlias = tuple[float, float, float | None]
 
-_START, _GOAL, _NOWHERE = -1, -2, -3  # places of a query, as `Edges` knows them
+_START, _GOAL = -1, -2  # places of a query, as `Edges` knows them
+_BEFORE, _AFTER, _NONE = -3, -4, -5  # what lies before the start; after the goal; no sector
 _BEGIN, _END = 0, 1  # the first two edges of a query: its headings
 _OFFSET = 1.0  # [s] of the last arc: one of no weight might count as none
 
@@ -62,6 +63,11 @@ class Edges:
             np.concatenate([self.angle, other.angle]),
             np.concatenate([self.length, other.length]),
         )
+
+    def within_sectors(self) -> Edges:
+        """Without edges in slits that are thinner than the tolerance."""
+        kept = (self.leaves != _NONE) & (self.arrives != _NONE)
+        return Edges(self.leaves[kept], self.arrives[kept], self.angle[kept], self.length[kept])
 
     def followers(self) -> tuple[Indices, Indices, Indices]:
         """Rows, as where each begins (k + 1,), of the edges that can follow each edge.
@@ -116,8 +122,8 @@ class Reference:
     def _ends_of(self, start: Array, goal: Array) -> Edges:
         """The headings as edges of no length, and what leads from the start and to the goal."""
         ends = Edges(
-            np.array([_NOWHERE, _GOAL]),
-            np.array([_START, _NOWHERE - 1]),
+            np.array([_BEFORE, _GOAL]),
+            np.array([_START, _AFTER]),
             np.array([math.nan, math.nan]),
             np.zeros(2),
         )
@@ -130,22 +136,23 @@ class Reference:
                 self._space.free(np.broadcast_to(place, (len(others), 2)), corners[others])
             ]
             ways = corners[others] - place
-            sectors = self._sectors(others, -ways)
             here = np.full(len(others), _START if outward else _GOAL)
-            ends += _edges(here, sectors, ways) if outward else _edges(sectors, here, -ways)
+            sectors = self._sectors(others, -ways)
+            found = _edges(here, sectors, ways) if outward else _edges(sectors, here, -ways)
+            ends += found.within_sectors()
         return ends
 
     def _between(self, tails: Indices, heads: Indices) -> Edges:
         ways = self._space.corners[heads] - self._space.corners[tails]
-        return _edges(self._sectors(tails, ways), self._sectors(heads, -ways), ways)
+        return _edges(
+            self._sectors(tails, ways), self._sectors(heads, -ways), ways
+        ).within_sectors()
 
     def _sectors(self, corners: Indices, ways: Array) -> Indices:
-        """Number of the sector that each way (k, 2) from a corner leads into."""
+        """Number of the sector that each way (k, 2) from a corner leads into, or `_NONE`."""
         pairs = zip(corners.tolist(), ways, strict=True)
-        found = [self._space.sector(corner, way) for corner, way in pairs]
-        numbers = self._space.first_sector[corners] + np.array(found, dtype=np.int64)
-        assert all(number >= 0 for number in found), "a free edge leads into what is blocked"
-        return np.asarray(numbers)
+        found = np.array([self._space.sector(corner, way) for corner, way in pairs], dtype=np.int64)
+        return np.where(found < 0, _NONE, self._space.first_sector[corners] + found)
 
 
 def _edges(leaves: Indices, arrives: Indices, ways: Array) -> Edges:

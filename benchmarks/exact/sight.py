@@ -27,6 +27,7 @@ TOLERANCE = 1e-9
 """[m]"""
 _CERTAIN = 1e-7  # [m] a line that goes deeper than this is blocked without a second look
 _FAR = 1e3  # [m] nothing is asked about what lies further outside of a boundary
+_FREE, _BLOCKED = False, True
 _NUMBERS = 1 << 20  # numbers in one array of a vectorised test
 
 
@@ -148,31 +149,34 @@ class FreeSpace:
 
     def _sectors_at(self, place: Array) -> list[Sector]:
         """Free sectors between the blocked ones of the outlines through a place."""
-        blocked: list[tuple[float, float, float, float]] = []
         at_tail = np.hypot(*(self._tails - place).T) <= TOLERANCE
-        for k in np.flatnonzero(at_tail):
-            out, back = self._heads[k] - self._tails[k], self._befores[k] - self._tails[k]
-            span = (_angle(back) - _angle(out)) % math.tau
-            blocked.append((_angle(out), span, math.hypot(*out), math.hypot(*back)))
         edges = self._heads - self._tails
         lengths = np.hypot(edges[:, 0], edges[:, 1])
         units = edges / lengths[:, None]
         along = ((place - self._tails) * units).sum(axis=1)
-        beside = np.abs(_cross(units, place - self._tails)) <= TOLERANCE
-        beside &= (along > TOLERANCE) & (along < lengths - TOLERANCE)
-        for k in np.flatnonzero(beside):
-            blocked.append((_angle(edges[k]), math.pi, lengths[k] - along[k], along[k]))
-        return _gaps(sorted(blocked))
+        through = np.abs(_cross(units, place - self._tails)) <= TOLERANCE
+        through &= (along > TOLERANCE) & (along < lengths - TOLERANCE)
+        rays = [
+            (math.atan2(way[1], way[0]), after, math.hypot(*way))
+            for k in np.flatnonzero(at_tail | through)
+            for way, after in (
+                (self._heads[k] - place, _BLOCKED),
+                ((self._befores if at_tail[k] else self._tails)[k] - place, _FREE),
+            )
+        ]
+        return _gaps(sorted(rays))
 
 
-def _gaps(blocked: list[tuple[float, float, float, float]]) -> list[Sector]:
-    """What is left between blocked sectors: start, span and lengths of the rays [rad, m]."""
+def _gaps(rays: list[tuple[float, bool, float]]) -> list[Sector]:
+    """Free sectors between rays in order of their angle.
+
+    Each ray has its angle [rad], what follows it counter-clockwise, and its length [m].
+    """
     found = []
-    for k, (start, span, _, last) in enumerate(blocked):
-        after = blocked[(k + 1) % len(blocked)]
-        free = math.tau - span if len(blocked) == 1 else (after[0] - start) % math.tau - span
-        if free > TOLERANCE / min(last, after[2]):
-            found.append(Sector(start + span, free, (last, after[2])))
+    for (start, after, first), (end, _, last) in zip(rays, rays[1:] + rays[:1], strict=True):
+        span = (end - start) % math.tau
+        if after == _FREE and span > TOLERANCE / min(first, last):
+            found.append(Sector(start, span, (first, last)))
     return found
 
 
@@ -217,7 +221,3 @@ def _chunks(indices: NDArray[np.int64], width: int) -> list[NDArray[np.int64]]:
 
 def _cross(first: Array, second: Array) -> Array:
     return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
-
-
-def _angle(vector: Array) -> float:
-    return math.atan2(vector[1], vector[0])
