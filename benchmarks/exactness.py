@@ -23,11 +23,13 @@ import numpy as np
 from benchmarks.exact.maps import KINDS, make_map, random_pose, random_speeds
 from benchmarks.exact.reference import Reference
 from benchmarks.exact.sight import FreeSpace
-
+from benchmarks.exact.straight import worst_difference
 from motm_wbc.basenav import GlobalPlanner
 from motm_wbc.errors import NoPath
 
 _MAX_ERROR = 1e-9  # [s]
+_MAX_LENGTH_ERROR = 1e-6  # [m]
+_STRAIGHT_QUERIES = 300
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,16 @@ def main() -> int:
     wrong = [one for one in found if max(one.errors) > _MAX_ERROR]
     for one in wrong:
         print(f"differs: {one.kind}, seed {one.seed}, {one.obstacles} obstacles: {one.errors}")
-    return 1 if wrong else 0
+    return 1 if wrong or not _lengths_agree(options.extremity) else 0
+
+
+def _lengths_agree(environment: Path) -> bool:
+    if not environment.is_dir():
+        print(f"extremitypathfinder: left out, there is no {environment}")
+        return True
+    worst = worst_difference(environment, _STRAIGHT_QUERIES)
+    print(f"extremitypathfinder: {_STRAIGHT_QUERIES} lengths, worst difference {worst:.1e} m")
+    return worst <= _MAX_LENGTH_ERROR
 
 
 if __name__ == "__main__":

@@ -56,6 +56,11 @@ def make_map(kind: str, rng: Rng) -> RandomMap:
     return RandomMap(kind, obstacles, boundary, inflation, side)
 
 
+def random_polygon(rng: Rng) -> Array:
+    """A convex or a concave polygon about the origin, counter-clockwise (n, 2) [m]."""
+    return _convex_shape(rng) if rng.random() < 0.5 else _concave_shape(rng)
+
+
 def random_speeds(rng: Rng) -> Speeds:
     """Slow and quick turning, reverse or none."""
     reverse, turning = rng.choice([0.0, 0.2, 0.5]), rng.choice([0.5, 1.745, 20.0])
@@ -106,6 +111,10 @@ def _convex_shape(rng: Rng) -> Array:
     return _star(rng, (3, 9), (radius, radius))
 
 
+def _concave_shape(rng: Rng) -> Array:
+    return _star(rng, (5, 10), (0.15, 1.0))
+
+
 def _scattered(rng: Rng, count: int, side: float, shape: Callable[[Rng], Array]) -> list[Obstacle]:
     half = 0.5 * side
     return [Obstacle(shape(rng) + rng.uniform(-half, half, 2)) for _ in range(count)]
@@ -116,7 +125,7 @@ def _convex(rng: Rng, count: int, side: float) -> list[Obstacle]:
 
 
 def _concave(rng: Rng, count: int, side: float) -> list[Obstacle]:
-    return _scattered(rng, count, side, lambda rng: _star(rng, (5, 10), (0.15, 1.0)))
+    return _scattered(rng, count, side, _concave_shape)
 
 
 def _overlapping(rng: Rng, count: int, side: float) -> list[Obstacle]:
