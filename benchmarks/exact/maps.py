@@ -95,7 +95,7 @@ def _box(length: float, width: float) -> Array:
 
 def _turned(points: Array, angle: float) -> Array:
     c, s = math.cos(angle), math.sin(angle)
-    return points @ np.array([[c, s], [-s, c]])
+    return np.asarray(points @ np.array([[c, s], [-s, c]]))
 
 
 def _star(rng: Rng, corners: tuple[int, int], radius: tuple[float, float]) -> Array:

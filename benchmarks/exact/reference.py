@@ -111,7 +111,7 @@ class Reference:
                 continue
             edges = ends + self._edges
             edges.angle[[_BEGIN, _END]] = heading + about, last + about
-            weights = _bend(edges.angle[before], edges.angle[after]) / speeds.turning
+            weights: Array = _bend(edges.angle[before], edges.angle[after]) / speeds.turning
             weights += edges.length[after] / speed
             weights[after == _END] += _OFFSET
             count = len(edges.length)

@@ -104,9 +104,8 @@ class FreeSpace:
 
     def free(self, starts: Array, ends: Array) -> Flags:
         """(m,) which segments from (m, 2) to (m, 2) [m] are free; their ends must be."""
-        found = ~np.asarray(
-            shapely.intersects(self._core, shapely.linestrings(np.stack([starts, ends], axis=1)))
-        )
+        lines = shapely.linestrings(np.stack([starts, ends], axis=1))
+        found: Flags = np.logical_not(np.atleast_1d(shapely.intersects(self._core, lines)))
         for few in _chunks(np.flatnonzero(found), len(self._tails)):
             found[few] = self._free_carefully(starts[few], ends[few])
         return found
