@@ -2,7 +2,8 @@
 
 Every ring has what is blocked on its left: outlines of obstacles run counter-clockwise,
 holes and the boundary clockwise. So all corners follow one rule: a path can bend only at
-corners that turn left (`TURN` > 0).
+corners that turn left (`TURN` > 0). Where outlines touch, each corner bounds one blocked
+sector, in which there is nothing free, whichever way the polygons were put together.
 """
 
 from __future__ import annotations
@@ -70,6 +71,9 @@ def build_walls(parts: Sequence[Polygon], is_free: bool) -> Walls:
     points, ring_start = _oriented(closed, ring_start, outer != is_free)
     order = np.lexsort((points[:, 1], points[:, 0]))
     place, shared = _places(points, order)
+    if shared.any():
+        sequence, ring_start = _around_sectors(points, ring_start, order, place)
+        points, place, shared = points[sequence], place[sequence], shared[sequence]
     kept, ring_start = _without_straight_corners(points, ring_start, shared)
     corners, links, boxes = _lay_out(points[kept], ring_start, place[kept])
     return Walls(corners, links, ring_start, boxes, bounded)
@@ -110,6 +114,71 @@ def _places(points: Array, order: Indices) -> tuple[Indices, BoolArray]:
             place[here] = place[order[k - 1]]
             shared[here] = shared[order[k - 1]] = True
     return place, shared
+
+
+@kernel
+def _direction(points: Array, start: int, end: int) -> float:
+    return math.atan2(points[end, 1] - points[start, 1], points[end, 0] - points[start, 0])
+
+
+@kernel
+def _around_sectors(
+    points: Array, ring_start: Indices, order: Indices, place: Indices
+) -> tuple[Indices, Indices]:
+    """Rings that go round one blocked sector at each corner, where some share a place.
+
+    There, what is blocked lies between an edge that leaves and, counter-clockwise, the next
+    one that arrives: these two are tied.
+
+    Returns:
+        The corners in the order of the new rings; first corner of each ring.
+    """
+    count = points.shape[0]
+    before = np.arange(-1, count - 1)
+    after = np.arange(1, count + 1)
+    for ring in range(ring_start.size - 1):
+        before[ring_start[ring]] = ring_start[ring + 1] - 1
+        after[ring_start[ring + 1] - 1] = ring_start[ring]
+    tied = after.copy()
+    first = 0
+    while first < count:
+        end = first + 1
+        while end < count and place[order[end]] == place[order[first]]:
+            end += 1
+        for leaving in order[first:end] if end - first > 1 else order[:0]:
+            out = _direction(points, leaving, after[leaving])
+            least = math.inf
+            for arriving in order[first:end]:
+                sector = (_direction(points, arriving, before[arriving]) - out) % math.tau
+                if sector < least:
+                    least = sector
+                    nearest = before[arriving]
+            tied[nearest] = leaving
+        first = end
+    if (np.bincount(tied, minlength=count) != 1).any():  # edges on top of each other: as it was
+        tied = after
+    return _followed(tied)
+
+
+@kernel
+def _followed(after: Indices) -> tuple[Indices, Indices]:
+    """The rings of a permutation, in one sequence; first place of each."""
+    count = after.size
+    sequence = np.empty(count, dtype=np.int64)
+    start = np.zeros(count + 1, dtype=np.int64)
+    seen = np.zeros(count, dtype=np.bool_)
+    size, rings = 0, 0
+    for first in range(count):
+        corner = first
+        while not seen[corner]:
+            seen[corner] = True
+            sequence[size] = corner
+            size += 1
+            corner = after[corner]
+        if size > start[rings]:
+            rings += 1
+            start[rings] = size
+    return sequence, start[: rings + 1]
 
 
 @kernel

@@ -191,3 +191,36 @@ def test_far_from_the_origin_more_counts_as_touching():
     for blocks_at in (blocks, [se2.transform_points(turned, block) for block in blocks]):
         (part,) = united([Polygon(block) for block in blocks_at])
         assert part.area == pytest.approx(5.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.1])
+@pytest.mark.parametrize("floor", [None, 8.0 * SQUARE - 4.0])
+def test_a_place_where_two_touch_is_reached_from_either_side(angle, floor):
+    """A chain of squares that touch at corners, from one side of the floor to the other."""
+    pose = np.array([0.0, 0.0, angle])
+    chain = [SQUARE * 2.0 + [x, -1.0 + 2.0 * (k % 2)] for k, x in enumerate((-5, -3, -1, 1, 3))]
+    chain = [se2.transform_points(pose, block - [0.0, 1.0]) for block in chain]
+    world = World(chain, None if floor is None else se2.transform_points(pose, floor))
+    planner = GlobalPlanner(world, 0.5, 1.745)
+    touch, above, below, left, right = se2.transform_points(
+        pose, np.array([[-1.0, 0.0], [-2.0, 2.6], [-0.2, -2.6], [-3.5, 2.0], [3.9, 2.9]])
+    )
+    for place in (above, below):
+        path = planner.plan((*place, None), (*touch, None))
+        assert path.goal_push == 0.0
+        assert path.length < 6.0
+        assert is_open(world, place, touch)
+    assert is_open(world, left, right)
+    assert is_open(world, above, below) == (floor is None)
+
+
+def test_corners_that_share_a_place_have_blocked_sectors_apart():
+    pose = np.array([0.2, 0.1, 0.4])
+    chequers = [SQUARE + [i, j] for i in range(4) for j in range(4) if (i + j) % 2 == 0]
+    floor = se2.transform_points(pose, 6.0 * SQUARE - 1.0)
+    for boundary in (None, floor):
+        world = World([se2.transform_points(pose, block) for block in chequers], boundary)
+        walls = world.inflated(0.0).walls
+        twins = walls.links[:, 2] != np.arange(len(walls.links))
+        assert twins.sum() == 18
+        assert walls.corners[twins, 6] == pytest.approx(0.5 * math.pi)
