@@ -21,6 +21,7 @@ PoseLike: TypeAlias = Array | tuple[float, float, float | None]
 FARTHEST = 1e7
 """No coordinate may be larger [m]: beyond, doubles are coarser than what counts as touching."""
 _LARGEST_BASE = 10.0  # [m] from its origin: what is larger was not meant to be in metres
+_SLOWEST, _FASTEST = 1e-3, 100.0  # [m/s, rad/s, m/s^2, rad/s^2]: bound the time of checks
 _LEAST_BASE = 1e-6  # [m^2]
 _BULGE = 1e-9  # [m^2] that a convex outline may lack to its hull, by rounding
 
@@ -159,9 +160,24 @@ def limits(values: BaseLimits) -> BaseLimits:
     """Limits of a base that can move and brake.
 
     Raises:
-        InputError: `v_reverse` is no finite number >= 0, or another one no finite number > 0.
+        InputError: one is no number within 0.001 and 100; `v_reverse` may be 0 as well.
     """
-    for name in ("v_max", "omega_max", "a_max", "alpha_max"):
-        positive(getattr(values, name), name)
-    not_negative(values.v_reverse, "v_reverse")
+    for name in ("v_max", "omega_max", "a_max", "alpha_max", "v_reverse"):
+        value = getattr(values, name)
+        found = _real(value)
+        if not (_SLOWEST <= found <= _FASTEST or (name == "v_reverse" and found == 0.0)):
+            message = f"must be a number within {_SLOWEST:g} and {_FASTEST:g}, got {_said(value)}"
+            raise InputError(message, name)
     return values
+
+
+def checked_velocity(value: object, where: str) -> Array:
+    """(2,) velocity of an obstacle [m/s].
+
+    Raises:
+        InputError: it is not two finite numbers, or faster than anything on a floor.
+    """
+    found = vector(value, 2, where)
+    if np.hypot(*found) > _FASTEST:
+        raise InputError(f"must not be above {_FASTEST:g} m/s, got {_said(value)}", where)
+    return found

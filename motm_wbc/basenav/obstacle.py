@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from motm_wbc.basenav.checks import FARTHEST, coordinates, positive, vector
+from motm_wbc.basenav.checks import FARTHEST, checked_velocity, coordinates, positive
 from motm_wbc.basenav.form import Form, turned_by
 from motm_wbc.basenav.inflation import turning
 from motm_wbc.errors import InputError
@@ -124,7 +124,7 @@ def solids_of(obstacle: ObstacleLike, source: int, where: str) -> list[Solid]:
         return [_round(obstacle, source, where)]
     if not isinstance(obstacle, Obstacle):
         obstacle = Obstacle(obstacle)
-    velocity = _frozen(vector(obstacle.velocity, 2, f"{where}.velocity"))
+    velocity = _frozen(checked_velocity(obstacle.velocity, f"{where}.velocity"))
     if not isinstance(obstacle.holes, Sequence | np.ndarray):
         raise InputError("must be outlines, (n, 2) each", f"{where}.holes")
     if len(obstacle.holes) == 0:
@@ -153,7 +153,7 @@ def _round(disc: Disc, source: int, where: str) -> Solid:
             f"has no area (less than {_LEAST_AREA:g} m^2), or too large a one, got {radius:g}",
             f"{where}.radius",
         )
-    velocity = vector(disc.velocity, 2, f"{where}.velocity")
+    velocity = checked_velocity(disc.velocity, f"{where}.velocity")
     outline = _frozen(centre + polygons.disc(radius, _DISC_SIDES))
     return Solid(Form((outline,)), _AT_ORIGIN, _frozen(velocity), source)
 

@@ -21,6 +21,7 @@ import numpy as np
 from shapely import intersects_xy
 from shapely.geometry import Polygon
 
+from motm_wbc.basenav import checks
 from motm_wbc.basenav.choice import choose, rules_of
 from motm_wbc.basenav.edge_patches import EdgePatches
 from motm_wbc.basenav.footprint_check import EdgeMap, outline_of
@@ -75,13 +76,16 @@ class BasePlacement:
             parameters: None: defaults.
             support_of: indices into `world.solids` of what a target (2,) stands on, for
                 the literal form; None: the obstacles that it lies in.
+
+        Raises:
+            InputError: the footprint or a limit can't be used.
         """
         self.parameters = parameters or PlacementParameters()
         self._rules = rules_of(self.parameters)
-        self._limits = limits
+        self._limits = limits = checks.limits(limits)
         self._speeds = Speeds(limits.v_max, limits.v_reverse, limits.omega_max)
         margin = self.parameters.footprint_margin
-        self._base = Base(outline_of(footprint), margin, limits.alpha_max)
+        self._base = Base(outline_of(checks.footprint(footprint)), margin, limits.alpha_max)
         # a right angle's corner grows by 1.42 times the margin
         self._edges_near = EdgePatches(world, self._base.outline.radius + 2.0 * margin)
         self._support_of = support_of or self._obstacles_at

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from motm_wbc.basenav import checks
 from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
@@ -27,7 +28,7 @@ from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import Effort, StaaPlan
 from motm_wbc.basenav.staa_progress import Remedy
-from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
+from motm_wbc.basenav.staa_root import NOWHERE, Root, keep_of, with_direction
 from motm_wbc.basenav.staa_search import Problem
 from motm_wbc.basenav.staa_solver import Solver
 from motm_wbc.basenav.staa_surroundings import Surroundings
@@ -73,11 +74,10 @@ class StaaStar:
         Raises:
             InputError: the footprint or a limit can't be used.
         """
-        check_inputs(footprint, limits)
         p = parameters
-        self.limits = limits
+        self.limits = checks.limits(limits)
         self.parameters = parameters
-        self._outline = outline_of(footprint)
+        self._outline = outline_of(checks.footprint(footprint))
         self._around = Surroundings(world, self._outline, parameters, planner)
         self._samples = sample_outline(self._outline)
         self._drive = drive_of(limits, p.step, p.command_period, p.ramp_steps)

@@ -1,4 +1,4 @@
-"""What a step of the local planner starts from, checked and packed for the kernels."""
+"""What a step of the local planner starts from, packed for the kernels."""
 
 from __future__ import annotations
 
@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 
 from motm_wbc.basenav.reach import ReachRegion
 from motm_wbc.basenav.staa_admissible import ACCELERATION, ALPHA, Keep
-from motm_wbc.errors import InputError
-from motm_wbc.geometry import polygons
 from motm_wbc.geometry.arrays import Array
-from motm_wbc.geometry.base_motion import BaseLimits
 
 NOWHERE = Keep(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """No region to be kept in."""
@@ -78,22 +75,3 @@ def keep_of(region: ReachRegion | None, object_xy: Array | None) -> Keep:
         float(object_xy[0]),
         float(object_xy[1]),
     )
-
-
-def check_inputs(footprint: Array, limits: BaseLimits) -> None:
-    """Refuse what can't be planned with."""
-    shape = np.asarray(footprint, dtype=float)
-    if shape.ndim != 2 or shape.shape[1] != 2 or len(shape) < 3 or not np.isfinite(shape).all():
-        raise InputError("must be a polygon of shape (n, 2), n >= 3, finite", "footprint")
-    corners = polygons.counter_clockwise(shape)
-    sides = np.roll(corners, -1, axis=0) - corners
-    after = np.roll(sides, -1, axis=0)
-    bends = sides[:, 0] * after[:, 1] - sides[:, 1] * after[:, 0]
-    if (bends < -1e-9).any() or polygons.signed_area(corners) < 1e-6:
-        raise InputError("must be convex and have an area", "footprint")
-    for name in ("v_max", "omega_max", "a_max", "alpha_max"):
-        value = getattr(limits, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"must be a finite number > 0, got {value}", name)
-    if not (math.isfinite(limits.v_reverse) and limits.v_reverse >= 0.0):
-        raise InputError(f"must be a finite number >= 0, got {limits.v_reverse}", "v_reverse")

@@ -12,12 +12,12 @@ import math
 
 import numpy as np
 
+from motm_wbc.basenav import checks
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.local_planner import Goal
 from motm_wbc.basenav.obstacle import Disc
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.staa_motion import drive_of
-from motm_wbc.basenav.staa_root import check_inputs
 from motm_wbc.basenav.teb_band import Band
 from motm_wbc.basenav.teb_keeper import BandKeeper
 from motm_wbc.basenav.teb_obstacles import footprint_sides
@@ -64,7 +64,7 @@ class TimedElasticBand:
         Raises:
             InputError: the footprint or a limit can't be used.
         """
-        check_inputs(footprint, limits)
+        footprint, limits = checks.footprint(footprint), checks.limits(limits)
         self.world, self.limits, self.parameters = world, limits, parameters
         p = parameters
         self._outline = outline_of(footprint)
