@@ -32,7 +32,7 @@ from motm_wbc.basenav.staa_surroundings import Surroundings
 from motm_wbc.basenav.wide_search import WideSearch
 from motm_wbc.basenav.window import local_target
 from motm_wbc.basenav.world import World
-from motm_wbc.errors import NoPath
+from motm_wbc.errors import InputError, NoPath
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
@@ -65,7 +65,7 @@ class StaaStar:
             footprint: (n, 2) convex outline in the base frame [m], any winding.
             limits: speeds and accelerations, > 0 but for `v_reverse` >= 0.
             parameters: of the planner.
-            planner: global planner of the same world.
+            planner: global planner of the same world. From now on it plans in what rests.
 
         Raises:
             InputError: the footprint or a limit can't be used.
@@ -135,7 +135,7 @@ class StaaStar:
             return self._give_up(root, goal)
         try:
             problem = self._problem(root.pose, goal, margin)
-        except NoPath:
+        except (NoPath, InputError):
             return self._give_up(root, goal)
         left = self._cost_to_go(problem, root, goal)
         arrival = arrival_action(problem, root, self.parameters)
@@ -169,7 +169,7 @@ class StaaStar:
             return None
         try:
             problem = self._problem(root.pose, goal, margin)
-        except NoPath:
+        except (NoPath, InputError):
             return None
         left = self._cost_to_go(problem, root, goal)
         if left == math.inf:
@@ -193,7 +193,7 @@ class StaaStar:
         x, y, heading = (float(value) for value in root.pose)
         if np.array_equal(problem.goal, goal.pose):
             return float(tiled_cost_to_go(problem.tiles, x, y, heading))
-        return float(cost_to_go(self.planner.goal_field(goal.pose), x, y, heading))
+        return float(cost_to_go(self.planner.goal_field(goal.pose, near=root.pose), x, y, heading))
 
     def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
         """Come to rest on the present arc, as fast as the limits allow.
@@ -324,7 +324,7 @@ class StaaStar:
         root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
-        except NoPath:
+        except (NoPath, InputError):
             return
         root.admissible[:] = True
         self._meets_nothing(pose, 0.0, 0.0, root.table, 0.0)

@@ -153,8 +153,8 @@ def start(
     links[PARENT], links[ACTION], links[ROOT], links[DEPTH] = _NO_PARENT, 0, _NO_PARENT, 0
     links[CELL] = cell_of(problem, x, y, heading)
     memory.counters[NODES] = 1
+    # Not its state: a node that has waited there may do what is not admissible at the root.
     close(memory, links[CELL])
-    close(memory, state_of(problem, memory, links[CELL], v, omega))
     _look_along(memory, heading)
     linear, angular = memory.drives.shape[0] - 1, memory.turns.shape[0] - 1
     for action in range(table.shape[0]):

@@ -128,9 +128,9 @@ def test_there_is_none_from_inside_a_wall_nor_to_where_no_path_leads(planner: St
 
 
 def test_out_of_a_dead_end_by_the_plan_that_was_found() -> None:
-    """With few expansions the usual search stays nose in, as the cost-to-go turns on the spot."""
+    """With few expansions the usual search stays nose in: the cost-to-go turns on the spot."""
     world = World(corridor())
-    parameters = PARAMETERS.model_copy(update={"expansions": 50})
+    parameters = PARAMETERS.model_copy(update={"expansions": 10})
     local = make_local_planner("staa", world, BOX, LIMITS, 0.25, parameters, TebParameters())
     edges, outline = edge_map(world.rings, False, 0.5), outline_of(BOX)
     state, detours, reached = np.array([*NOSE_IN, 0.0, 0.0]), 0, False
