@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.local_planner import Goal
-from motm_wbc.basenav.movers import half_way, meets_mover
+from motm_wbc.basenav.movers import half_way, meets_mover, movers_of
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
@@ -23,27 +22,25 @@ from motm_wbc.basenav.staa_admissible import Keep, first_actions, margin_left
 from motm_wbc.basenav.staa_answer import Answers
 from motm_wbc.basenav.staa_arrival import arrival_action
 from motm_wbc.basenav.staa_escape import contact_times, escape
-from motm_wbc.basenav.staa_follow import remaining_actions
+from motm_wbc.basenav.staa_follow import DURATION, remaining_actions
 from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_plan import Effort, StaaPlan
-from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.basenav.staa_root import NOWHERE, Root, keep_of, with_direction
 from motm_wbc.basenav.staa_search import Problem
 from motm_wbc.basenav.staa_solver import Solver
 from motm_wbc.basenav.staa_surroundings import Surroundings
-from motm_wbc.basenav.turning_place import turning_place
+from motm_wbc.basenav.wide_search import WideSearch
 from motm_wbc.basenav.window import local_target
 from motm_wbc.basenav.world import World
-from motm_wbc.errors import NoPath
+from motm_wbc.errors import InputError, NoPath
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 
 __all__ = ["Goal", "StaaPlan", "StaaStar"]
 
-_AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
+AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
 _NO_ACTIONS = np.zeros((0, 5))
-_WIDE = {"linear_actions": 5, "angular_actions": 7, "expansions": 1200}
 
 
 class StaaStar:
@@ -69,7 +66,7 @@ class StaaStar:
             footprint: (n, 2) convex outline in the base frame [m], any winding.
             limits: speeds and accelerations, > 0 but for `v_reverse` >= 0.
             parameters: of the planner.
-            planner: global planner of the same world.
+            planner: global planner of the same world. From now on it plans in what rests.
 
         Raises:
             InputError: the footprint or a limit can't be used.
@@ -82,7 +79,7 @@ class StaaStar:
         self._samples = sample_outline(self._outline)
         self._drive = drive_of(limits, p.step, p.command_period, p.ramp_steps)
         self._answers = Answers(self._drive, limits, self._outline.radius)
-        self._solver = Solver(p, self._answers)
+        self._solver = Solver(p, self._answers, p.expansions)
         self._compile()
 
     @property
@@ -113,7 +110,6 @@ class StaaStar:
         keep_in: ReachRegion | None = None,
         object_xy: Array | None = None,
         previous: StaaPlan | None = None,
-        remedy: Remedy = Remedy.NONE,
     ) -> StaaPlan:
         """What to do in the next command period. Never raises.
 
@@ -126,53 +122,61 @@ class StaaStar:
             goal: where to go.
             keep_in: once the base is in this region, it stays able to come to rest there.
             object_xy: (2,) the object that the region is about [m].
-            previous: the plan of one command period ago, if it was obeyed. Where it led to
-                the same goal, it is gone on with unless the search finds a cheaper one: so
-                the time that is left never grows from plan to plan.
-            remedy: what to try, if the base is stuck (see `ProgressMonitor`).
+            previous: the plan of one command period ago, if it was obeyed. Where it was for
+                the same goal, it is gone on with unless the search finds a better one: so
+                the base doesn't waver, and once a plan reaches the goal, the time that is
+                left never grows.
         """
         began = time.thread_time()
-        solver = self._solver if remedy == Remedy.NONE else self._wide_solver
-        kept = self._what_is_left(previous, goal) if remedy == Remedy.NONE else _NO_ACTIONS
+        kept = self._what_is_left(previous, goal)
         keep = keep_of(keep_in, object_xy)
-        root, margin = self._root(pose, v, omega, keep, kept[:1], solver.parameters)
+        root, margin = self._root(pose, v, omega, keep, kept[:1])
         if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
             return self._give_up(root, goal)
-        aim = self._turning_goal(root, goal) if remedy == Remedy.TURNING_PLACE else goal
         try:
-            problem = self._problem(root.pose, aim, margin)
-        except NoPath:
+            problem = self._problem(root.pose, goal, margin)
+        except (NoPath, InputError):
             return self._give_up(root, goal)
         left = self._cost_to_go(problem, root, goal)
-        arrival = arrival_action(problem, root, solver.parameters)
+        arrival = arrival_action(problem, root, self.parameters)
         if root.threatened and (arrival is not None or self._will_be_hit(goal, left)):
             return replace(self._give_up(root, goal), cost_to_go=left)
         if arrival is not None:
-            plan = self._answers.once(root, goal, arrival, reached=aim is goal)
-            return replace(plan, cost_to_go=left, remedy=remedy)
-        way = solver.better(problem, root, kept, began)
+            plan = self._answers.once(root, goal, arrival, reached=True)
+            return replace(plan, cost_to_go=left)
+        detour = previous is not None and previous.detour
+        way = self._solver.better(problem, root, kept, detour=detour, began=began)
         if way.action < 0 or (root.threatened and root.stays(way.action)):
             return replace(self._give_up(root, goal, way.effort), cost_to_go=left)
-        reached = way.cost < math.inf and aim is goal
         plan = self._answers.whole(
-            root, goal, way.action, way.actions, way.states, reached=reached, effort=way.effort
-        )
-        return replace(plan, cost_to_go=left, remedy=remedy)
+            root, goal, way.action, way.actions, way.states,
+            reached=way.reached, effort=way.effort,
+        )  # fmt: skip
+        return replace(plan, cost_to_go=left, detour=way.kept and detour)
 
-    @cached_property
-    def _wide_solver(self) -> Solver:
-        """For a base that is stuck; more than fits in a step, if that were all of them."""
-        return Solver(self.parameters.model_copy(update=_WIDE), self._answers)
+    def wide_search(self, pose: Array, goal: Goal) -> WideSearch | None:
+        """Begin a search for a base that is stuck, and stands; None: there is no way at all.
 
-    def _turning_goal(self, root: Root, goal: Goal) -> Goal:
-        """The nearest place where the base can turn on the spot, unless it is there."""
-        x, y, c, s = with_direction(root.pose)
-        way = turning_place(
-            self._around.edges, self._outline, x, y, float(root.pose[2]), root.margin
-        )
-        if math.isnan(way) or abs(way) < self.parameters.goal_distance:
-            return goal
-        return Goal(np.array([x + way * c, y + way * s, root.pose[2]]), stop=True)
+        It holds while the base stands there and what rests (`planner.world`) is the same.
+
+        Args:
+            pose: (3,) of the base [m, m, rad].
+            goal: where to go.
+        """
+        p = self.parameters
+        root, margin = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
+        if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
+            return None
+        try:
+            problem = self._problem(root.pose, goal, margin)
+        except (NoPath, InputError):
+            return None
+        left = self._cost_to_go(problem, root, goal)
+        if left == math.inf:
+            return None
+        solver = Solver(p, self._answers, p.wide_expansions)
+        problem = problem._replace(movers=movers_of(()))
+        return WideSearch(solver, problem, root, goal, left, self._answers)
 
     def _will_be_hit(self, goal: Goal, left: float) -> bool:
         """Whether a goal to stop at is near, and something comes by there before long."""
@@ -189,21 +193,21 @@ class StaaStar:
         x, y, heading = (float(value) for value in root.pose)
         if np.array_equal(problem.goal, goal.pose):
             return float(tiled_cost_to_go(problem.tiles, x, y, heading))
-        return float(cost_to_go(self.planner.goal_field(goal.pose), x, y, heading))
+        return float(cost_to_go(self.planner.goal_field(goal.pose, near=root.pose), x, y, heading))
 
     def brake(self, pose: Array, v: float, omega: float) -> StaaPlan:
         """Come to rest on the present arc, as fast as the limits allow.
 
         If something that moves would hit the base then, it drives out of its way instead.
         """
-        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS, self.parameters)
+        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS)
         if margin < 0.0 or root.threatened:
             return self._give_up(root, None)
         return self._answers.once(root, None, root.brake)
 
     def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
         """(k, 5) actions of a plan that led to the same goal, after one period of it."""
-        if previous is None or previous.goal is None or not previous.reached:
+        if previous is None or previous.goal is None or previous.emergency:
             return _NO_ACTIONS
         if not previous.goal.is_same(goal):
             return _NO_ACTIONS
@@ -216,20 +220,20 @@ class StaaStar:
         omega: float,
         keep: Keep,
         extra: Array,
-        p: StaaParameters,
     ) -> tuple[Root, float]:
         """First actions, and the distance that can be kept; negative: the way is blocked."""
-        pose = np.array(pose, dtype=float)
+        p, pose = self.parameters, np.array(pose, dtype=float)
         known = bool(np.isfinite(pose).all() and math.isfinite(v) and math.isfinite(omega))
         if not known:  # nothing can be said of such a state but that the base should stand
             pose, v, omega = np.nan_to_num(pose, posinf=0.0, neginf=0.0), 0.0, 0.0
         v, omega = self.limits.clip(float(v), float(omega))
-        residue = tuple(speed if abs(speed) < _AT_REST else 0.0 for speed in (v, omega))
+        residue = tuple(speed if abs(speed) < AT_REST else 0.0 for speed in (v, omega))
         v, omega = v - residue[0], omega - residue[1]
         edges = self._around.edges
         margin = margin_left(
             self._drive, edges, self._outline, p.margin, with_direction(pose), v, omega
         )
+        kept = max(margin, 0.0)
         table, clear, admissible, rests = first_actions(
             self._drive,
             edges,
@@ -237,18 +241,18 @@ class StaaStar:
             keep,
             p.linear_actions,
             p.angular_actions,
-            max(margin, 0.0),
+            kept,
             pose,
             v,
             omega,
             extra,
+            max(kept - 0.5 * p.margin, 0.0),
         )
         threatened = False
         if len(self._around.movers.discs):
             standing, longer = self.parameters.standing, self.parameters.escape_horizon
             admissible &= self._meets_nothing(pose, v, omega, table, standing)
             threatened = not self._meets_nothing(pose, v, omega, table[-1:], longer)[0]
-        kept = max(margin, 0.0)
         root = Root(pose, v, omega, residue, kept, table, clear, admissible, threatened, rests)
         return root, margin if known else -1.0
 
@@ -317,14 +321,15 @@ class StaaStar:
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
         pose = np.zeros(3)
-        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS, self.parameters)
+        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
-        except NoPath:
+        except (NoPath, InputError):
             return
         root.admissible[:] = True
         self._meets_nothing(pose, 0.0, 0.0, root.table, 0.0)
         self._way_out(root)
-        turning_place(self._around.edges, self._outline, 0.0, 0.0, 0.0, 0.0)
         arrival_action(problem, root, self.parameters)
-        self._solver.better(problem, root, _NO_ACTIONS, time.thread_time())
+        stand = np.zeros((1, 5))
+        stand[0, DURATION] = self._drive.period
+        self._solver.better(problem, root, stand, detour=False, began=time.thread_time())

@@ -199,6 +199,7 @@ def first_actions(
     v: float,
     omega: float,
     extra: Array,
+    slack: float,
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array]:
     """All first actions, and which of them are admissible.
 
@@ -215,6 +216,7 @@ def first_actions(
         v: speed [m/s].
         omega: turn rate [rad/s].
         extra: (m, >= 4) further actions: rate and target of v and of omega.
+        slack: by how much these may come nearer than the margin [m].
 
     Returns:
         (n, 6) actions: the grid, the further ones, the brake; (n,) free of overlap; (n,)
@@ -234,7 +236,8 @@ def first_actions(
             table[index, column] = row[column]
         a, alpha = row[ACCELERATION], row[ALPHA]
         is_brake = index == count - 1
-        free, rest = _outcome(drive, world, outline, margin, is_brake, pose, v, omega, a, alpha)
+        kept = margin - slack if linear * angular <= index < count - 1 else margin
+        free, rest = _outcome(drive, world, outline, kept, is_brake, pose, v, omega, a, alpha)
         clear[index] = admissible[index] = free
         for axis in range(3):
             rests[index, axis] = rest[axis]

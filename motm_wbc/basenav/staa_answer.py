@@ -32,6 +32,11 @@ class Answers:
         self._limits = limits
         self._radius = radius
 
+    @property
+    def period(self) -> float:
+        """Of the commands [s]."""
+        return self._drive.period
+
     def once(
         self,
         root: Root,

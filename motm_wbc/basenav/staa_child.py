@@ -8,7 +8,7 @@ from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import is_clear
 from motm_wbc.basenav.movers import half_way, meets_mover, nearness_of_movers
 from motm_wbc.basenav.proximity import largest_under
-from motm_wbc.basenav.staa_goal import passes_goal, remaining_error, time_to_stop
+from motm_wbc.basenav.staa_goal import passes_goal, remaining_error, rest_pose, time_to_stop
 from motm_wbc.basenav.staa_motion import wrapped
 from motm_wbc.basenav.staa_search import (
     ACROSS,
@@ -42,6 +42,7 @@ from motm_wbc.basenav.staa_search import (
     cell_of,
     is_closed,
     push,
+    state_of,
 )
 from motm_wbc.geometry.jit import lean
 
@@ -78,28 +79,44 @@ def add_child(
                 break
     heading = wrapped(heading)
     cell = cell_of(problem, x, y, heading)
-    if _is_news(memory, parent, cell, memory.ends[0, i], memory.ends[1, j]) and _way_is_clear(
-        problem, memory, memory.links[parent, DEPTH], i, j, parts
+    v, omega = memory.ends[0, i], memory.ends[1, j]
+    if (
+        _is_news(problem, memory, parent, cell, v, omega)
+        and _way_is_clear(problem, memory, memory.links[parent, DEPTH], i, j, parts)
+        and _rests_clear(problem, x, y, heading, v, omega)
     ):
         _keep_child(problem, memory, parent, action, root, i, j, x, y, heading, cell, share)
 
 
 @lean
-def _is_news(memory: Memory, parent: int, cell: int, v: float, omega: float) -> bool:
-    """Whether a child leads to where the search has not been.
-
-    Velocity is not in the key, so a base that starts from rest would block its own cell: a
-    child that has changed its velocity and moves on is let through.
-    """
+def _is_news(
+    problem: Problem, memory: Memory, parent: int, cell: int, v: float, omega: float
+) -> bool:
+    """Whether a child leads to where the search has not been."""
     if parent == 0:
         return True
     if cell < 0:
         return False
     if not is_closed(memory, cell):
         return True
-    origin = memory.nodes[parent]
-    at_rest, same = v == 0.0 and omega == 0.0, v == origin[V] and omega == origin[OMEGA]
-    return cell == memory.links[parent, CELL] and not at_rest and not same
+    if cell != memory.links[parent, CELL]:
+        return False
+    return not is_closed(memory, state_of(problem, memory, cell, v, omega))
+
+
+@lean
+def _rests_clear(
+    problem: Problem, x: float, y: float, heading: float, v: float, omega: float
+) -> bool:
+    """Whether the base, braking from here, would come to rest free of overlap.
+
+    If not, no first action that leads on from here will be admissible.
+    """
+    if v == 0.0 and omega == 0.0:
+        return True
+    rx, ry, turned = rest_pose(problem, x, y, heading, v, omega)
+    c, s = math.cos(turned), math.sin(turned)
+    return bool(is_clear(problem.world, problem.outline, rx, ry, c, s, problem.margin))
 
 
 @lean

@@ -10,6 +10,7 @@ from motm_wbc.basenav.footprint_check import is_clear
 from motm_wbc.basenav.movers import half_way, meets_mover, nearness_of_movers
 from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
+from motm_wbc.basenav.staa_child import heuristic
 from motm_wbc.basenav.staa_goal import passes_goal, remaining_error
 from motm_wbc.basenav.staa_motion import arc, travel, velocity_after, wrapped
 from motm_wbc.basenav.staa_search import Problem
@@ -35,7 +36,7 @@ def remaining_actions(actions: Array, elapsed: float) -> Array:
 @kernel
 def follow(
     problem: Problem, heading: float, v: float, omega: float, actions: Array, checks: int
-) -> tuple[Array, float]:
+) -> tuple[Array, float, bool]:
     """Drive a sequence of actions from the problem's start.
 
     Args:
@@ -48,7 +49,8 @@ def follow(
 
     Returns:
         (n, 6) time [s], x, y [m], heading [rad], v [m/s], omega [rad/s], up to the goal or
-        to the first collision; the cost to the goal [s], infinite if it is not reached.
+        to the first collision; the cost of the way and of what is left to the goal from its
+        end [s], infinite after a collision; whether the goal is reached.
     """
     step = problem.drive.step
     most = 1
@@ -61,20 +63,23 @@ def follow(
         count, outcome = _follow_action(problem, actions[k], step / checks, states, count)
         last = states[count - 1]
         if outcome == _COLLISION:
-            return states[:count], math.inf
+            return states[:count], math.inf, False
         if outcome == _PASSED:
             error, _ = remaining_error(problem, 1.0, last[1], last[2], last[3], 0.0, 0.0)
-            return states[:count], cost + last[0] + problem.weight * error
+            return states[:count], cost + last[0] + problem.weight * error, True
         c, s = math.cos(last[3]), math.sin(last[3])
         near = largest_under(problem.grid, problem.samples, last[1], last[2], c, s)
         beside = nearness_of_movers(problem.movers, problem.outline, last[1], last[2], last[0])
         price = problem.proximity * near + problem.moving * beside
         cost += price * actions[k, DURATION] / step
-    if not problem.stop:
-        return states[:count], math.inf
     last = states[count - 1]
-    error, rest = remaining_error(problem, 1.0, last[1], last[2], last[3], last[4], last[5])
-    return states[:count], cost + last[0] + rest + problem.docking * error
+    cost += last[0]
+    if problem.stop:
+        error, rest = remaining_error(problem, 1.0, last[1], last[2], last[3], last[4], last[5])
+        if error < math.inf:
+            return states[:count], cost + rest + problem.docking * error, True
+    left = heuristic(problem, last[1], last[2], last[3], last[4], last[5])
+    return states[:count], cost + problem.weight * left, False
 
 
 @lean

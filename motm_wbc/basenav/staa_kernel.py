@@ -9,6 +9,10 @@ Recovery for On-The-Move Mobile Manipulation" (2305.08351).
 
 The search ends at the goal or at a number of expansions; the answer is then the first
 action on the way to the node of the lowest h.
+
+The closed set knows cells of (x, y, heading). Not in the papers: a child that stays in its
+parent's cell is let through if no node of its cell and velocity has been expanded. Without
+that a base at rest, whose first steps are shorter than a cell, would block its own way.
 """
 
 from __future__ import annotations
@@ -54,6 +58,7 @@ from motm_wbc.basenav.staa_search import (
     close,
     is_closed,
     pop,
+    state_of,
 )
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel, lean
@@ -148,6 +153,7 @@ def start(
     links[PARENT], links[ACTION], links[ROOT], links[DEPTH] = _NO_PARENT, 0, _NO_PARENT, 0
     links[CELL] = cell_of(problem, x, y, heading)
     memory.counters[NODES] = 1
+    # Not its state: a node that has waited there may do what is not admissible at the root.
     close(memory, links[CELL])
     _look_along(memory, heading)
     linear, angular = memory.drives.shape[0] - 1, memory.turns.shape[0] - 1
@@ -176,9 +182,12 @@ def advance(problem: Problem, memory: Memory, until: int) -> bool:
             return True
         node = pop(memory)
         cell, parent = memory.links[node, CELL], memory.links[node, PARENT]
-        if is_closed(memory, cell) and memory.links[parent, CELL] != cell:
+        state = state_of(problem, memory, cell, memory.nodes[node, V], memory.nodes[node, OMEGA])
+        within = memory.links[parent, CELL] == cell
+        if is_closed(memory, cell) and (not within or is_closed(memory, state)):
             continue
         close(memory, cell)
+        close(memory, state)
         counters[EXPANSIONS] += 1
         _set_actions(problem, memory, memory.nodes[node, V], memory.nodes[node, OMEGA])
         _look_along(memory, memory.nodes[node, HEADING])

@@ -24,6 +24,13 @@ class StaaParameters(Data):
     """Poses of a step at which the footprint is checked; the arc is exact between them."""
     expansions: Annotated[int, Field(ge=1, le=100_000)] = 300
     """Nodes expanded before the search is aborted."""
+    wide_expansions: Annotated[int, Field(ge=1, le=1_000_000)] = 20_000
+    """Nodes expanded at most by the search of a base that stands because it is stuck."""
+    wide_step: Annotated[int, Field(ge=1, le=100_000)] = 600
+    """How many of them in a command period."""
+    wide_gain: Annotated[float, Field(gt=0.0, le=60.0)] = 2.0
+    """What counts as a way out: it reaches the goal, or its cost-to-go is by so much less than
+    the least that a usual search finds [s]."""
     clock_guard: Annotated[float, Field(gt=0.0, le=10.0)] = 0.036
     """Processor time after which the search is aborted all the same, and says so [s]. Not wall
     time: how busy a machine is must not change a run."""

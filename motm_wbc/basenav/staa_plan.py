@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from motm_wbc.basenav.local_planner import Goal
-from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.geometry.arrays import Array
 
 
@@ -41,7 +40,7 @@ class StaaPlan:
         emergency: nothing but braking (or standing still) was possible.
         effort: what the search took.
         cost_to_go: exact time to the goal by PathRTR, as the search knows it [s].
-        remedy: what was tried against being stuck.
+        detour: found by a `WideSearch`; it may lead away from the goal at first.
     """
 
     acceleration: tuple[float, float]
@@ -54,7 +53,7 @@ class StaaPlan:
     emergency: bool = False
     effort: Effort = Effort()
     cost_to_go: float = math.inf
-    remedy: Remedy = Remedy.NONE
+    detour: bool = False
 
     @property
     def expansions(self) -> int:

@@ -33,6 +33,8 @@ _OUTSIDE = -1  # no cell: beyond the window
 _SPREAD = -7046029254386353131  # 2^64 over the golden ratio: neighbouring cells fall far apart
 _HIGH = 40  # the product's upper bits depend on all of the cell's
 _FREE = -1  # empty place of the hash table
+_BINS = 4096  # of a velocity, more than there are
+_FINER = 2.0  # bins of velocity for each step between two actions
 
 
 class Problem(NamedTuple):
@@ -92,7 +94,7 @@ class Memory(NamedTuple):
         nodes: (n, 8) see the column names.
         links: (n, 5) parent, action, root action, cell, depth.
         queue: (n,) binary heap of node indices.
-        closed: (m,) hash table of expanded cells.
+        closed: (m,) hash table of expanded cells and states.
         counters: (6,) see the names.
         values: (4,) see the names.
         drives: (linear + 1, checks) way of each part of a step [m]; the last row is free
@@ -117,7 +119,7 @@ class Memory(NamedTuple):
 def memory_for(expansions: int, linear: int, angular: int, checks: int) -> Memory:
     """Room for a search."""
     nodes = 2 + (expansions + 1) * linear * angular
-    places = 1 << math.ceil(math.log2(4 * expansions + 4))
+    places = 1 << math.ceil(math.log2(4 * expansions + 4))  # a cell and a state for each
     return Memory(
         nodes=np.zeros((nodes, 8)),
         links=np.zeros((nodes, 5), dtype=np.int64),
@@ -208,6 +210,21 @@ def cell_of(problem: Problem, x: float, y: float, heading: float) -> int:
 
 
 @lean
+def state_of(problem: Problem, memory: Memory, cell: int, v: float, omega: float) -> int:
+    """A cell together with the velocity, told apart as finely as actions change it.
+
+    The key is none of a cell, nor of a free place.
+    """
+    drive = problem.drive
+    linear, angular = memory.drives.shape[0] - 1, memory.turns.shape[0] - 1
+    faster = 2.0 * drive.a_max * drive.step / (linear - 1)
+    quicker = 2.0 * drive.alpha_max * drive.step / (angular - 1)
+    speed = min(int(_FINER * (v + drive.v_reverse) / faster), _BINS - 1)
+    turn = min(int(_FINER * (omega + drive.omega_max) / quicker), _BINS - 1)
+    return _FREE - 1 - ((cell * _BINS + speed) * _BINS + turn)
+
+
+@lean
 def _place_of(closed: Indices, cell: int) -> int:
     """Place of the cell in the table, or the free one where it would go."""
     mask = closed.shape[0] - 1
@@ -219,11 +236,11 @@ def _place_of(closed: Indices, cell: int) -> int:
 
 @lean
 def is_closed(memory: Memory, cell: int) -> bool:
-    """Whether a node in this cell has been expanded."""
+    """Whether a node in this cell, or this state, has been expanded."""
     return bool(memory.closed[_place_of(memory.closed, cell)] == cell)
 
 
 @lean
 def close(memory: Memory, cell: int) -> None:
-    """Mark a cell as expanded."""
+    """Mark a cell or a state as expanded."""
     memory.closed[_place_of(memory.closed, cell)] = cell

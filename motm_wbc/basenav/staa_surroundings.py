@@ -8,15 +8,19 @@ import numpy as np
 
 from motm_wbc.basenav.cost_tiles import CostTiles, cost_tiles
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, edge_map, grown_corners
+from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.movers import Movers, movers_of
 from motm_wbc.basenav.obstacle import Solid
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import ProximityGrid, proximity_grid, rings_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
+from motm_wbc.basenav.visibility import line_of_sight
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry.arrays import Array
 
 _STEP = 2.0  # [m] by which the squares about the base are moved
+_CELL = 1.0  # [m] within which a base that moves is given the same cost-to-go
+_ASIDE = 0.8  # [m] off the base's way that the cost-to-go is exact at least
 
 
 class Surroundings:
@@ -36,7 +40,7 @@ class Surroundings:
     def __init__(
         self, world: World, outline: Outline, parameters: StaaParameters, planner: GlobalPlanner
     ) -> None:
-        """Take the planner of the world, or one like it if something in the world moves."""
+        """Take a planner of the world; it is given what rests, if something in it moves."""
         self._outline = outline
         self._parameters = parameters
         corners = grown_corners(outline, parameters.margin)
@@ -60,25 +64,38 @@ class Surroundings:
         self._rings = rings_of(still.rings, still.bounded)
         self._grid: ProximityGrid | None = None
         self._tiles: CostTiles | None = None
+        self._field: GoalField | None = None
+        self._field_cell = (math.nan, math.nan, b"")
         self._grid_centre = self._tiles_centre = (math.nan, math.nan)
         if plan_anew:
-            speeds = self.planner.speeds
-            self.planner = GlobalPlanner(
-                still,
-                speeds.forward,
-                speeds.turning,
-                self.planner.inflated.radius,
-                speeds.backward,
-            )
+            self.planner.update(still)
 
     def tiles_about(self, pose: Array, target: Array) -> CostTiles:
         """Cost-to-go of a target; the tiles about the base are kept while it stays the same."""
-        field = self.planner.goal_field(target)
-        centre = _centre(pose)
+        field, centre = self._field_about(pose, target), _centre(pose)
         if self._tiles is None or self._tiles.field is not field or centre != self._tiles_centre:
             self._tiles = cost_tiles(field, centre, self._seen() + _STEP)
             self._tiles_centre = centre
         return self._tiles
+
+    def _field_about(self, pose: Array, target: Array) -> GoalField:
+        """Cost-to-go, exact at the pose and along its way, of what meets an ellipse about both.
+
+        It is asked for from the middle of the pose's cell, if the base can be seen from
+        there: then the way from the base is longer by half the cell's diagonal at most, and
+        by what it is worth to drive for the sake of less turning.
+        """
+        speeds = self.planner.speeds
+        reach = _ASIDE + math.pi * speeds.forward / speeds.turning
+        x, y = float(pose[0]), float(pose[1])
+        px, py = (_CELL * (math.floor(value / _CELL) + 0.5) for value in (x, y))
+        cell = (px, py, target.tobytes())
+        if self._field is None or cell != self._field_cell:
+            self._field = self.planner.goal_field(target, near=(px, py, None), reach=reach)
+            self._field_cell = cell
+        if line_of_sight(self._field.walls, px, py, x, y):
+            return self._field
+        return self.planner.goal_field(target, near=(x, y, None), reach=reach)
 
     def grid_about(self, pose: Array) -> ProximityGrid:
         """The nearness of what rests about the base."""

@@ -165,6 +165,7 @@ class Safety:
             state.v,
             state.omega,
             np.column_stack([rates[:, 0], targets[:, 0], rates[:, 1], targets[:, 1]]),
+            0.0,
         )
         brake = table[-1]
         return admissible[1:-1], (float(brake[ACCELERATION]), float(brake[ALPHA]))
