@@ -22,7 +22,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.reaching import log
+from benchmarks import log
 from benchmarks.reaching.contact import ContactCheck
 from benchmarks.reaching.distances import ExactDistances
 from benchmarks.reaching.follow import followed_share
@@ -104,7 +104,7 @@ def main() -> None:
         f"-{'found' if variant.posture_found else 'own'}.jsonl"
     )
     path.parent.mkdir(parents=True, exist_ok=True)
-    outcomes = log.read(path)
+    outcomes = log.read(path, Outcome)
     done = {outcome.scene for outcome in outcomes}
     seeds = range(words.first, words.first + words.scenes)
     open_seeds = [seed for seed in seeds if seed not in done]

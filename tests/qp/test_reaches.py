@@ -6,14 +6,13 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from benchmarks import reaches
-from benchmarks.reaching import log
+from benchmarks import log, reaches
 from benchmarks.reaching.chatter import high_share, most_reversals
 from benchmarks.reaching.contact import ContactCheck
 from benchmarks.reaching.distances import ExactDistances
 from benchmarks.reaching.follow import followed_share
 from benchmarks.reaching.path import StraightPath
-from benchmarks.reaching.reach import Motion, Variant, judge, move
+from benchmarks.reaching.reach import Motion, Outcome, Variant, judge, move
 from benchmarks.reaching.scenes import make_scene
 from benchmarks.reaching.table import CHATTER, reason, table
 from benchmarks.reaching.targets import find_target
@@ -211,16 +210,16 @@ def test_the_log_takes_up_where_it_stopped(tmp_path, frankie, case):
     first = [replace(outcome, scene=1, target=k) for k in range(2)]
     second = [replace(outcome, scene=2, target=k) for k in range(2)]
     file = tmp_path / "log.jsonl"
-    assert log.read(file) == []
+    assert log.read(file, Outcome) == []
     log.append(file, first)
     log.append(file, second)
-    assert log.read(file) == first + second
+    assert log.read(file, Outcome) == first + second
     torn = file.read_text()[:-7]
     file.write_text(torn)
-    assert log.read(file) == first
-    assert log.read(file) == first
+    assert log.read(file, Outcome) == first
+    assert log.read(file, Outcome) == first
     assert all(json.loads(line) for line in file.read_text().splitlines())
-    assert asdict(log.read(file)[0]) == asdict(first[0])
+    assert asdict(log.read(file, Outcome)[0]) == asdict(first[0])
 
 
 def test_the_way_of_a_reached_target_can_be_followed_and_a_walled_one_not(frankie, case, box):
