@@ -14,18 +14,17 @@ from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.local_planner import Goal
-from motm_wbc.basenav.movers import half_way, meets_mover
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
 from motm_wbc.basenav.staa_admissible import Keep, first_actions, margin_left
 from motm_wbc.basenav.staa_answer import Answers
 from motm_wbc.basenav.staa_arrival import arrival_action
-from motm_wbc.basenav.staa_escape import contact_times, escape
+from motm_wbc.basenav.staa_escape import WaysOut, lasts, longest_ways
 from motm_wbc.basenav.staa_follow import remaining_actions
 from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
-from motm_wbc.basenav.staa_plan import Effort, StaaPlan
+from motm_wbc.basenav.staa_plan import NO_ACTIONS, Effort, StaaPlan
 from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.basenav.staa_root import NOWHERE, Root, check_inputs, keep_of, with_direction
 from motm_wbc.basenav.staa_search import Problem
@@ -40,8 +39,8 @@ from motm_wbc.geometry.base_motion import BaseLimits
 
 __all__ = ["Goal", "StaaPlan", "StaaStar"]
 
+_IMMINENT = 1.0  # [s] until a contact, below which no margin is kept from what moves
 _AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
-_NO_ACTIONS = np.zeros((0, 5))
 _WIDE = {"linear_actions": 5, "angular_actions": 7, "expansions": 1200}
 
 
@@ -133,9 +132,10 @@ class StaaStar:
         """
         began = time.thread_time()
         solver = self._solver if remedy == Remedy.NONE else self._wide_solver
-        kept = self._what_is_left(previous, goal) if remedy == Remedy.NONE else _NO_ACTIONS
+        kept = self._what_is_left(previous, goal) if remedy == Remedy.NONE else NO_ACTIONS
         keep = keep_of(keep_in, object_xy)
-        root, margin = self._root(pose, v, omega, keep, kept[:1], solver.parameters)
+        escape = self._way_out_left(previous)
+        root, margin = self._root(pose, v, omega, keep, kept, escape, solver.parameters)
         if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
             return self._give_up(root, goal)
         aim = self._turning_goal(root, goal) if remedy == Remedy.TURNING_PLACE else goal
@@ -145,19 +145,18 @@ class StaaStar:
             return self._give_up(root, goal)
         left = self._cost_to_go(problem, root, goal)
         arrival = arrival_action(problem, root, solver.parameters)
-        if root.threatened and (arrival is not None or self._will_be_hit(goal, left)):
-            return replace(self._give_up(root, goal), cost_to_go=left)
         if arrival is not None:
             plan = self._answers.once(root, goal, arrival, reached=aim is goal)
-            return replace(plan, cost_to_go=left, remedy=remedy)
+            return replace(plan, cost_to_go=left, remedy=remedy, way_out=self._out(root, arrival))
         way = solver.better(problem, root, kept, began)
-        if way.action < 0 or (root.threatened and root.stays(way.action)):
+        if way.action < 0:
             return replace(self._give_up(root, goal, way.effort), cost_to_go=left)
         reached = way.cost < math.inf and aim is goal
         plan = self._answers.whole(
             root, goal, way.action, way.actions, way.states, reached=reached, effort=way.effort
         )
-        return replace(plan, cost_to_go=left, remedy=remedy)
+        out = self._out(root, way.action, way.actions)
+        return replace(plan, cost_to_go=left, remedy=remedy, way_out=out)
 
     @cached_property
     def _wide_solver(self) -> Solver:
@@ -174,16 +173,6 @@ class StaaStar:
             return goal
         return Goal(np.array([x + way * c, y + way * s, root.pose[2]]), stop=True)
 
-    def _will_be_hit(self, goal: Goal, left: float) -> bool:
-        """Whether a goal to stop at is near, and something comes by there before long."""
-        horizon, movers = self.parameters.escape_horizon, self._around.movers
-        if not goal.stop or left > horizon:
-            return False
-        place, interval = with_direction(goal.pose), self.parameters.command_period
-        grown = self.parameters.margin + half_way(movers, self._outline, 0.0, 0.0, interval)
-        times = np.arange(left, left + horizon, interval)
-        return any(meets_mover(movers, self._outline, grown, *place, time) for time in times)
-
     def _cost_to_go(self, problem: Problem, root: Root, goal: Goal) -> float:
         """Exact time from the base to its goal [s]."""
         x, y, heading = (float(value) for value in root.pose)
@@ -196,18 +185,24 @@ class StaaStar:
 
         If something that moves would hit the base then, it drives out of its way instead.
         """
-        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS, self.parameters)
-        if margin < 0.0 or root.threatened:
+        root, margin = self._root(pose, v, omega, NOWHERE, NO_ACTIONS, NO_ACTIONS, self.parameters)
+        if margin < 0.0 or not root.admissible[root.brake]:
             return self._give_up(root, None)
         return self._answers.once(root, None, root.brake)
 
     def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
         """(k, 5) actions of a plan that led to the same goal, after one period of it."""
         if previous is None or previous.goal is None or not previous.reached:
-            return _NO_ACTIONS
+            return NO_ACTIONS
         if not previous.goal.is_same(goal):
-            return _NO_ACTIONS
+            return NO_ACTIONS
         return remaining_actions(previous.actions, self._drive.period)
+
+    def _way_out_left(self, previous: StaaPlan | None) -> Array:
+        """(k, 5) what is left of the previous plan's way out, while something moves."""
+        if previous is None or len(self._around.movers.discs) == 0:
+            return NO_ACTIONS
+        return remaining_actions(previous.way_out, self._drive.period)
 
     def _root(
         self,
@@ -215,7 +210,8 @@ class StaaStar:
         v: float,
         omega: float,
         keep: Keep,
-        extra: Array,
+        kept: Array,
+        escape: Array,
         p: StaaParameters,
     ) -> tuple[Root, float]:
         """First actions, and the distance that can be kept; negative: the way is blocked."""
@@ -241,29 +237,40 @@ class StaaStar:
             pose,
             v,
             omega,
-            extra,
+            np.vstack([escape[:1], kept[:1]]),
         )
-        threatened = False
+        ways = None
         if len(self._around.movers.discs):
-            standing, longer = self.parameters.standing, self.parameters.escape_horizon
-            admissible &= self._meets_nothing(pose, v, omega, table, standing)
-            threatened = not self._meets_nothing(pose, v, omega, table[-1:], longer)[0]
-        kept = max(margin, 0.0)
-        root = Root(pose, v, omega, residue, kept, table, clear, admissible, threatened, rests)
+            ways = self._ways_out(pose, v, omega, max(margin, 0.0), table, clear, escape)
+            admissible &= ways.safe(p.standing, p.lasting)
+        room = max(margin, 0.0)
+        root = Root(pose, v, omega, residue, room, table, clear, admissible, ways, rests)
         return root, margin if known else -1.0
 
-    def _meets_nothing(
-        self, pose: Array, v: float, omega: float, table: Array, standing: float
-    ) -> NDArray[np.bool_]:
-        """(n,) whether the base can brake and stand after an action, for all that moves."""
-        movers, outline, place = self._around.movers, self._outline, with_direction(pose)
-        margin = self.parameters.margin
-        if meets_mover(movers, outline, margin, *place, 0.0):
-            margin = 0.0  # inside the margin it may go on, but not be touched
-        times = contact_times(
-            self._drive, movers, outline, margin, standing, place, v, omega, table
-        )
-        return np.asarray(times == math.inf)
+    def _ways_out(
+        self,
+        pose: Array,
+        v: float,
+        omega: float,
+        margin: float,
+        table: Array,
+        clear: NDArray[np.bool_],
+        escape: Array,
+    ) -> WaysOut:
+        """The longest way out that begins with each first action."""
+        p, around, place = self.parameters, self._around, with_direction(pose)
+        row = p.linear_actions * p.angular_actions if len(escape) else -1
+        for kept, growth in ((margin, 1.0), (0.0, 0.0)):
+            ways = WaysOut(
+                *longest_ways(
+                    self._drive, around.edges, around.movers, self._outline, kept, growth,
+                    p.escape_horizon, place, v, omega, table, clear, escape, row,
+                ),
+                escape,
+            )  # fmt: skip
+            if ways.times.max() > _IMMINENT:
+                break  # else something is within the margin: it may not be touched
+        return ways
 
     def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
         p = self.parameters
@@ -299,32 +306,58 @@ class StaaStar:
         )
 
     def _give_up(self, root: Root, goal: Goal | None, effort: Effort | None = None) -> StaaPlan:
-        """Brake; if something that moves would hit the base then, what delays it longest."""
-        action = self._way_out(root) if root.threatened else root.brake
-        return self._answers.once(root, goal, action, emergency=True, effort=effort)
+        """Brake; if something that moves would hit the base then, the way out that is best."""
+        action = self._best_way_out(root, goal)
+        plan = self._answers.once(root, goal, action, emergency=True, effort=effort)
+        return replace(plan, way_out=self._out(root, action))
 
-    def _way_out(self, root: Root) -> int:
-        """What delays a contact with something that moves longest."""
-        edges, movers, outline = self._around.edges, self._around.movers, self._outline
-        pose, horizon = with_direction(root.pose), self.parameters.escape_horizon
-        return int(
-            escape(
-                self._drive, edges, movers, outline, root.margin, horizon, pose, root.v, root.omega,
-                root.table, root.clear,
+    def _best_way_out(self, root: Root, goal: Goal | None) -> int:
+        """The brake if it is safe; else what lasts longest, and of that what leads on."""
+        p = self.parameters
+        if root.ways is None or root.ways.safe(p.standing, p.lasting)[root.brake]:
+            return root.brake
+        longest = root.ways.longest()
+        return int(longest[int(np.argmin(self._left_after(root.ways.ends[longest], goal)))])
+
+    def _left_after(self, poses: Array, goal: Goal | None) -> Array:
+        """(n,) exact time from poses (n, 3) to the goal [s], 0 if there is none."""
+        if goal is None or not np.isfinite(goal.pose).all():
+            return np.zeros(len(poses))
+        try:
+            field = self.planner.goal_field(goal.pose)
+        except NoPath:
+            return np.zeros(len(poses))
+        return np.array([cost_to_go(field, *pose) for pose in poses.tolist()])
+
+    def _out(self, root: Root, action: int, planned: Array = NO_ACTIONS) -> Array:
+        """(k, 5) way out after an action: what is planned (k, 5), if it lasts."""
+        if root.ways is None:
+            return NO_ACTIONS
+        if len(planned) == 0 or self._time_of(root, planned) < math.inf:
+            return root.ways.actions(self._drive, root.table, action)
+        return planned
+
+    def _time_of(self, root: Root, actions: Array) -> float:
+        """How long actions (k, 5), braking and standing meet nothing that moves [s]."""
+        around, pose = self._around, with_direction(root.pose)
+        return float(
+            lasts(
+                self._drive, around.edges, around.movers, self._outline, root.margin,
+                self.parameters.escape_horizon, pose, root.v, root.omega, actions,
             )
         )  # fmt: skip
 
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
         pose = np.zeros(3)
-        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS, self.parameters)
+        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, NO_ACTIONS, NO_ACTIONS, self.parameters)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
         except NoPath:
             return
         root.admissible[:] = True
-        self._meets_nothing(pose, 0.0, 0.0, root.table, 0.0)
-        self._way_out(root)
+        ways = self._ways_out(pose, 0.0, 0.0, 0.0, root.table, root.clear, NO_ACTIONS)
+        self._out(replace(root, ways=ways), root.brake, np.zeros((1, 5)))
         turning_place(self._around.edges, self._outline, 0.0, 0.0, 0.0, 0.0)
         arrival_action(problem, root, self.parameters)
-        self._solver.better(problem, root, _NO_ACTIONS, time.thread_time())
+        self._solver.better(problem, root, NO_ACTIONS, time.thread_time())

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from motm_wbc.basenav.local_planner import Goal
 from motm_wbc.basenav.staa_progress import Remedy
 from motm_wbc.geometry.arrays import Array
+
+NO_ACTIONS = np.zeros((0, 5))
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class StaaPlan:
         effort: what the search took.
         cost_to_go: exact time to the goal by PathRTR, as the search knows it [s].
         remedy: what was tried against being stuck.
+        way_out: (k, 5) actions that keep the base out of the way of what moves, from now on.
     """
 
     acceleration: tuple[float, float]
@@ -55,6 +60,7 @@ class StaaPlan:
     effort: Effort = Effort()
     cost_to_go: float = math.inf
     remedy: Remedy = Remedy.NONE
+    way_out: Array = field(default_factory=NO_ACTIONS.copy)
 
     @property
     def expansions(self) -> int:
