@@ -241,7 +241,8 @@ class StaaStar:
         )
         ways = None
         if len(self._around.movers.discs):
-            ways = self._ways_out(pose, v, omega, max(margin, 0.0), table, clear, escape)
+            first = p.linear_actions * p.angular_actions if len(escape) else -1
+            ways = self._ways_out(pose, v, omega, max(margin, 0.0), table, clear, escape, first)
             admissible &= ways.safe(p.standing, p.lasting)
         room = max(margin, 0.0)
         root = Root(pose, v, omega, residue, room, table, clear, admissible, ways, rests)
@@ -256,15 +257,18 @@ class StaaStar:
         table: Array,
         clear: NDArray[np.bool_],
         escape: Array,
+        first: int,
     ) -> WaysOut:
-        """The longest way out that begins with each first action."""
+        """The longest way out that begins with each first action.
+
+        That of the last step, `escape` (k, 5), begins with the action of index `first`.
+        """
         p, around, place = self.parameters, self._around, with_direction(pose)
-        row = p.linear_actions * p.angular_actions if len(escape) else -1
         for kept, growth in ((margin, 1.0), (0.0, 0.0)):
             ways = WaysOut(
                 *longest_ways(
                     self._drive, around.edges, around.movers, self._outline, kept, growth,
-                    p.escape_horizon, place, v, omega, table, clear, escape, row,
+                    p.escape_horizon, place, v, omega, table, clear, escape, first,
                 ),
                 escape,
             )  # fmt: skip
@@ -356,7 +360,7 @@ class StaaStar:
         except NoPath:
             return
         root.admissible[:] = True
-        ways = self._ways_out(pose, 0.0, 0.0, 0.0, root.table, root.clear, NO_ACTIONS)
+        ways = self._ways_out(pose, 0.0, 0.0, 0.0, root.table, root.clear, NO_ACTIONS, -1)
         self._out(replace(root, ways=ways), root.brake, np.zeros((1, 5)))
         turning_place(self._around.edges, self._outline, 0.0, 0.0, 0.0, 0.0)
         arrival_action(problem, root, self.parameters)

@@ -1,9 +1,10 @@
 """Ways out among moving obstacles: which first actions are safe, and what is left if none is.
 
-A way out is a first action, kept for a while, then straight ahead or back or not, then braking
-and standing. It lasts until something that moves meets the base. An action is safe if the
-base that brakes after it can stand for a moment before it is met, and if some way out that
-begins with it lasts: so the base may drive close past what moves, and is not caught there.
+A way out is a first action; then that action kept, or a sharp turn, or neither; then straight
+ahead or back, or neither; then braking and standing. It lasts until something that moves meets
+the base. An action is safe if the base that brakes after it can stand for a moment before it
+is met, and if some way out that begins with it lasts: so the base may drive close past what
+moves, and is not caught there.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ from motm_wbc.basenav.staa_motion import Drive, arc, stopping_duration, velocity
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel, lean
 
-_HOLDS = (0.0, 0.3, 0.6, 1.0, 1.5)  # [s] that a way out keeps its first action
-_AFTER = (0.0, 1.0, -1.0)  # then: brake, straight ahead, straight back
-_STRAIGHT = 1.5  # [s] for which it drives straight before it brakes
-_FORMS = len(_HOLDS) * len(_AFTER)
+_HOLDS = (0.5, 1.0, 1.8)  # [s] for which the first action is kept, or a turn
+_AHEAD = (0, 1, 1, 0, 0, -1, -1)  # of the base while it is kept (the first of these) or turns
+_TURNS = (0, 1, -1, 1, -1, 1, -1)
+_STRAIGHT = (0.0, 1.5, -1.5, 4.0)  # [s] then: brake, or straight ahead or (negative) back
+_SWERVES = 1 + len(_HOLDS) * len(_TURNS)
+_FORMS = _SWERVES * len(_STRAIGHT)
 _LOOK = 0.1  # [s] between two looks at what moves while the base stands
 
 Pose = tuple[float, float, float, float]
@@ -53,13 +56,18 @@ class WaysOut:
     def safe(self, standing: float, lasting: float) -> NDArray[np.bool_]:
         """(n,) which actions are safe; if none is, those whose ways out last longest.
 
+        While there is a way out that meets nothing as far as is looked, there shall be one
+        after the next step as well; all others come to an end.
+
         Args:
-            standing: how long the base must be able to brake and stand [s].
-            lasting: how long a way out must last [s].
+            standing: how long the base must be able to brake and stand, if it can [s].
+            lasting: how long a way out must last at least [s].
         """
-        lasts: NDArray[np.bool_] = self.times >= min(lasting, float(self.times.max()))
-        both: NDArray[np.bool_] = lasts & (self.times >= lasting) & (self.stands >= standing)
-        return both if both.any() else lasts
+        longest = float(self.times.max())
+        least = longest if longest == math.inf else min(lasting, longest)
+        lasts: NDArray[np.bool_] = self.times >= least
+        both: NDArray[np.bool_] = lasts & (self.stands >= standing)
+        return both if both.any() and longest >= lasting else lasts
 
     def longest(self) -> NDArray[np.int64]:
         """Indices of the actions whose ways out last longest."""
@@ -69,22 +77,37 @@ class WaysOut:
         """(k, 5) actions of the way out that begins with a row of the table of first actions."""
         if self.forms[index] < 0:
             return self.kept
-        actions = np.empty((2, 5))
+        actions = np.empty((3, 5))
         _write(drive, table[index], int(self.forms[index]), actions)
         return actions[actions[:, DURATION] > 0.0]
 
 
 @lean
 def _write(drive: Drive, first: Array, form: int, actions: Array) -> None:
-    """Write the actions (2, 5) of one form of way out."""
-    after = _AFTER[form // len(_HOLDS)]
+    """Write the actions (3, 5) of one form of way out; what is left out lasts no time."""
+    swerve, straight = form % _SWERVES, _STRAIGHT[form // _SWERVES]
+    turn = (swerve - 1) % len(_TURNS)
+    for row in range(3):
+        actions[row, RATE_V], actions[row, RATE_OMEGA] = drive.a_max, drive.alpha_max
     for column in range(DURATION):
         actions[0, column] = first[column]
-    actions[0, DURATION] = max(_HOLDS[form % len(_HOLDS)], drive.period)
-    actions[1, RATE_V], actions[1, RATE_OMEGA] = drive.a_max, drive.alpha_max
-    actions[1, TARGET_V] = drive.v_max if after > 0.0 else -drive.v_reverse
-    actions[1, TARGET_OMEGA] = 0.0
-    actions[1, DURATION] = _STRAIGHT if after != 0.0 else 0.0
+        if turn == 0:
+            actions[1, column] = first[column]
+    actions[0, DURATION] = drive.period
+    if turn > 0:
+        actions[1, TARGET_V] = _speed(drive, _AHEAD[turn])
+        actions[1, TARGET_OMEGA] = _TURNS[turn] * drive.omega_max
+    actions[1, DURATION] = _HOLDS[(swerve - 1) // len(_TURNS)] if swerve > 0 else 0.0
+    actions[2, TARGET_V], actions[2, TARGET_OMEGA] = _speed(drive, straight), 0.0
+    actions[2, DURATION] = abs(straight)
+
+
+@lean
+def _speed(drive: Drive, sign: float) -> float:
+    """Full speed ahead (+) or back (-), or none [m/s]."""
+    if sign > 0.0:
+        return drive.v_max
+    return -drive.v_reverse if sign < 0.0 else 0.0
 
 
 @lean
@@ -216,7 +239,7 @@ def longest_ways(
     count = table.shape[0]
     times, stands = np.full(count, -1.0), np.full(count, -1.0)
     forms, ends = np.zeros(count, dtype=np.int64), np.zeros((count, 3))
-    actions = np.empty((2, 5))
+    actions = np.empty((3, 5))
     for index in range(count):
         if not free[index]:
             continue
