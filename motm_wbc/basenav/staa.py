@@ -155,8 +155,13 @@ class StaaStar:
         plan = self._answers.whole(
             root, goal, way.action, way.actions, way.states, reached=reached, effort=way.effort
         )
-        out = self._out(root, way.action, way.actions)
-        return replace(plan, cost_to_go=left, remedy=remedy, way_out=out)
+        out, safe = self._out(root, way.action, way.actions), self._can_stand(root, way.action)
+        return replace(plan, cost_to_go=left, remedy=remedy, way_out=out, emergency=not safe)
+
+    def _can_stand(self, root: Root, action: int) -> bool:
+        """Whether nothing that moves would hit the base soon if it braked after an action."""
+        standing = self.parameters.standing
+        return root.ways is None or bool(root.ways.can_stand(standing)[action])
 
     @cached_property
     def _wide_solver(self) -> Solver:
@@ -264,7 +269,7 @@ class StaaStar:
         That of the last step, `escape` (k, 5), begins with the action of index `first`.
         """
         p, around, place = self.parameters, self._around, with_direction(pose)
-        for kept, growth in ((margin, 1.0), (0.0, 0.0)):
+        for kept, growth in ((margin, 1.0), (0.5 * margin, 0.5), (0.0, 0.0)):
             ways = WaysOut(
                 *longest_ways(
                     self._drive, around.edges, around.movers, self._outline, kept, growth,
@@ -316,12 +321,12 @@ class StaaStar:
         return replace(plan, way_out=self._out(root, action))
 
     def _best_way_out(self, root: Root, goal: Goal | None) -> int:
-        """The brake if it is safe; else what lasts longest, and of that what leads on."""
+        """The brake; if something that moves would hit the base then, what avoids it."""
         p = self.parameters
-        if root.ways is None or root.ways.safe(p.standing, p.lasting)[root.brake]:
+        if root.ways is None:
             return root.brake
-        longest = root.ways.longest()
-        return int(longest[int(np.argmin(self._left_after(root.ways.ends[longest], goal)))])
+        left = self._left_after(root.ways.ends, goal)
+        return root.ways.best(p.standing, p.lasting, left)
 
     def _left_after(self, poses: Array, goal: Goal | None) -> Array:
         """(n,) exact time from poses (n, 3) to the goal [s], 0 if there is none."""

@@ -46,7 +46,7 @@ from motm_wbc.basenav.staa_search import (
 from motm_wbc.geometry.jit import lean
 
 _SLOT = 1.0  # [s] by which the closed set tells times apart where something moves
-_SLOT_KEYS = 1 << 32  # more than there are cells
+_SLOT_KEYS = 1 << 28  # more than there are cells
 _STRICT = 0.8  # share of the tolerances that a new plan has to meet: there is some left later
 
 

@@ -54,24 +54,43 @@ class WaysOut:
     kept: Array
 
     def safe(self, standing: float, lasting: float) -> NDArray[np.bool_]:
-        """(n,) which actions are safe; if none is, those whose ways out last longest.
+        """(n,) which actions are safe, by the strictest of these rules that any action meets.
 
-        While there is a way out that meets nothing as far as is looked, there shall be one
-        after the next step as well; all others come to an end.
+        The base can brake and stand, and a way out meets nothing as far as is looked; or lasts
+        long enough; the same where it can't stand; there is no way out that lasts longer.
 
         Args:
-            standing: how long the base must be able to brake and stand, if it can [s].
-            lasting: how long a way out must last at least [s].
+            standing: how long the base must be able to brake and stand [s].
+            lasting: how long a way out must last [s].
         """
-        longest = float(self.times.max())
-        least = longest if longest == math.inf else min(lasting, longest)
-        lasts: NDArray[np.bool_] = self.times >= least
-        both: NDArray[np.bool_] = lasts & (self.stands >= standing)
-        return both if both.any() and longest >= lasting else lasts
+        for stands in (self.can_stand(standing), np.ones_like(self.forms, dtype=np.bool_)):
+            for least in (math.inf, lasting):
+                safe: NDArray[np.bool_] = stands & (self.times >= least)
+                if safe.any():
+                    return safe
+        return np.asarray(self.times == self.times.max())
 
-    def longest(self) -> NDArray[np.int64]:
-        """Indices of the actions whose ways out last longest."""
-        return np.flatnonzero(self.times == self.times.max())
+    def can_stand(self, standing: float) -> NDArray[np.bool_]:
+        """(n,) after which actions the base can brake and stand for so long [s]."""
+        return np.asarray(self.stands >= standing)
+
+    def best(self, standing: float, lasting: float, left: Array) -> int:
+        """The action that avoids what moves: of the safe ones the brake, or what is under way.
+
+        If neither is safe, the one whose way out ends nearest to the goal.
+
+        Args:
+            standing: see `safe` [s].
+            lasting: see `safe` [s].
+            left: (n,) time to the goal from where they end [s].
+        """
+        safe = self.safe(standing, lasting)
+        if safe[-1] and self.stands[-1] >= standing:
+            return len(safe) - 1
+        under_way = np.flatnonzero(safe & (self.forms < 0))
+        if len(under_way):
+            return int(under_way[0])
+        return int(np.argmin(np.where(safe, left, math.inf)))
 
     def actions(self, drive: Drive, table: Array, index: int) -> Array:
         """(k, 5) actions of the way out that begins with a row of the table of first actions."""

@@ -42,7 +42,8 @@ class StaaPlan:
         braking: (b, 3) the braking arc from the state that the command leads to.
         actions: (m, 5) what the plan consists of: rate and target of v and of omega, duration.
         goal: what was asked for, or None.
-        emergency: nothing but braking (or standing still) was possible.
+        emergency: nothing but braking (or standing still) was possible, or the base drives out
+            of the way of something that would hit it soon if it braked.
         effort: what the search took.
         cost_to_go: exact time to the goal by PathRTR, as the search knows it [s].
         remedy: what was tried against being stuck.
