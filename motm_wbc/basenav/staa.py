@@ -14,18 +14,18 @@ from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
 from motm_wbc.basenav.footprint_check import outline_of
 from motm_wbc.basenav.goal_field import cost_to_go
 from motm_wbc.basenav.local_planner import Goal
-from motm_wbc.basenav.movers import half_way, meets_mover, movers_of
+from motm_wbc.basenav.movers import movers_of
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.proximity import sample_outline
 from motm_wbc.basenav.reach import ReachRegion
 from motm_wbc.basenav.staa_admissible import Keep, first_actions, margin_left
 from motm_wbc.basenav.staa_answer import Answers
 from motm_wbc.basenav.staa_arrival import arrival_action
-from motm_wbc.basenav.staa_escape import contact_times, escape
+from motm_wbc.basenav.staa_escape import WaysOut, lasts, longest_ways
 from motm_wbc.basenav.staa_follow import DURATION, remaining_actions
 from motm_wbc.basenav.staa_motion import drive_of
 from motm_wbc.basenav.staa_parameters import StaaParameters
-from motm_wbc.basenav.staa_plan import Effort, StaaPlan
+from motm_wbc.basenav.staa_plan import NO_ACTIONS, Effort, StaaPlan
 from motm_wbc.basenav.staa_root import NOWHERE, Root, keep_of, with_direction
 from motm_wbc.basenav.staa_search import Problem
 from motm_wbc.basenav.staa_solver import Solver
@@ -40,7 +40,7 @@ from motm_wbc.geometry.base_motion import BaseLimits
 __all__ = ["Goal", "StaaPlan", "StaaStar"]
 
 AT_REST = 1e-6  # [m/s] or [rad/s]: what rounding leaves of a speed that was braked
-_NO_ACTIONS = np.zeros((0, 5))
+_IMMINENT = 1.0  # [s] until a contact, below which no margin is kept from what moves
 
 
 class StaaStar:
@@ -130,7 +130,8 @@ class StaaStar:
         began = time.thread_time()
         kept = self._what_is_left(previous, goal)
         keep = keep_of(keep_in, object_xy)
-        root, margin = self._root(pose, v, omega, keep, kept[:1])
+        escape = self._way_out_left(previous)
+        root, margin = self._root(pose, v, omega, keep, kept, escape)
         if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
             return self._give_up(root, goal)
         try:
@@ -139,20 +140,26 @@ class StaaStar:
             return self._give_up(root, goal)
         left = self._cost_to_go(problem, root, goal)
         arrival = arrival_action(problem, root, self.parameters)
-        if root.threatened and (arrival is not None or self._will_be_hit(goal, left)):
-            return replace(self._give_up(root, goal), cost_to_go=left)
         if arrival is not None:
             plan = self._answers.once(root, goal, arrival, reached=True)
-            return replace(plan, cost_to_go=left)
+            return replace(plan, cost_to_go=left, way_out=self._out(root, arrival))
         detour = previous is not None and previous.detour
         way = self._solver.better(problem, root, kept, detour=detour, began=began)
-        if way.action < 0 or (root.threatened and root.stays(way.action)):
+        if way.action < 0:
             return replace(self._give_up(root, goal, way.effort), cost_to_go=left)
         plan = self._answers.whole(
             root, goal, way.action, way.actions, way.states,
             reached=way.reached, effort=way.effort,
         )  # fmt: skip
-        return replace(plan, cost_to_go=left, detour=way.kept and detour)
+        out, safe = self._out(root, way.action, way.actions), self._can_stand(root, way.action)
+        return replace(
+            plan, cost_to_go=left, detour=way.kept and detour, way_out=out, emergency=not safe
+        )
+
+    def _can_stand(self, root: Root, action: int) -> bool:
+        """Whether nothing that moves would hit the base soon if it braked after an action."""
+        standing = self.parameters.standing
+        return root.ways is None or bool(root.ways.can_stand(standing)[action])
 
     def wide_search(self, pose: Array, goal: Goal) -> WideSearch | None:
         """Begin a search for a base that is stuck, and stands; None: there is no way at all.
@@ -164,7 +171,7 @@ class StaaStar:
             goal: where to go.
         """
         p = self.parameters
-        root, margin = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
+        root, margin = self._root(pose, 0.0, 0.0, NOWHERE, NO_ACTIONS, NO_ACTIONS)
         if margin < 0.0 or not np.isfinite(goal.pose).all() or not root.admissible.any():
             return None
         try:
@@ -178,16 +185,6 @@ class StaaStar:
         problem = problem._replace(movers=movers_of(()))
         return WideSearch(solver, problem, root, goal, left, self._answers)
 
-    def _will_be_hit(self, goal: Goal, left: float) -> bool:
-        """Whether a goal to stop at is near, and something comes by there before long."""
-        horizon, movers = self.parameters.escape_horizon, self._around.movers
-        if not goal.stop or left > horizon:
-            return False
-        place, interval = with_direction(goal.pose), self.parameters.command_period
-        grown = self.parameters.margin + half_way(movers, self._outline, 0.0, 0.0, interval)
-        times = np.arange(left, left + horizon, interval)
-        return any(meets_mover(movers, self._outline, grown, *place, time) for time in times)
-
     def _cost_to_go(self, problem: Problem, root: Root, goal: Goal) -> float:
         """Exact time from the base to its goal [s]."""
         x, y, heading = (float(value) for value in root.pose)
@@ -200,18 +197,26 @@ class StaaStar:
 
         If something that moves would hit the base then, it drives out of its way instead.
         """
-        root, margin = self._root(pose, v, omega, NOWHERE, _NO_ACTIONS)
-        if margin < 0.0 or root.threatened:
+        root, margin = self._root(pose, v, omega, NOWHERE, NO_ACTIONS, NO_ACTIONS)
+        if margin < 0.0 or not root.admissible[root.brake]:
             return self._give_up(root, None)
         return self._answers.once(root, None, root.brake)
 
     def _what_is_left(self, previous: StaaPlan | None, goal: Goal) -> Array:
         """(k, 5) actions of a plan that led to the same goal, after one period of it."""
-        if previous is None or previous.goal is None or previous.emergency:
-            return _NO_ACTIONS
+        if previous is None or previous.goal is None:
+            return NO_ACTIONS
+        if previous.emergency and not previous.reached:
+            return NO_ACTIONS
         if not previous.goal.is_same(goal):
-            return _NO_ACTIONS
+            return NO_ACTIONS
         return remaining_actions(previous.actions, self._drive.period)
+
+    def _way_out_left(self, previous: StaaPlan | None) -> Array:
+        """(k, 5) what is left of the previous plan's way out, while something moves."""
+        if previous is None or len(self._around.movers.discs) == 0:
+            return NO_ACTIONS
+        return remaining_actions(previous.way_out, self._drive.period)
 
     def _root(
         self,
@@ -219,7 +224,8 @@ class StaaStar:
         v: float,
         omega: float,
         keep: Keep,
-        extra: Array,
+        kept: Array,
+        escape: Array,
     ) -> tuple[Root, float]:
         """First actions, and the distance that can be kept; negative: the way is blocked."""
         p, pose = self.parameters, np.array(pose, dtype=float)
@@ -233,7 +239,7 @@ class StaaStar:
         margin = margin_left(
             self._drive, edges, self._outline, p.margin, with_direction(pose), v, omega
         )
-        kept = max(margin, 0.0)
+        room = max(margin, 0.0)
         table, clear, admissible, rests = first_actions(
             self._drive,
             edges,
@@ -241,33 +247,48 @@ class StaaStar:
             keep,
             p.linear_actions,
             p.angular_actions,
-            kept,
+            room,
             pose,
             v,
             omega,
-            extra,
-            max(kept - 0.5 * p.margin, 0.0),
+            np.vstack([escape[:1], kept[:1]]),
+            max(room - 0.5 * p.margin, 0.0),
         )
-        threatened = False
+        ways = None
         if len(self._around.movers.discs):
-            standing, longer = self.parameters.standing, self.parameters.escape_horizon
-            admissible &= self._meets_nothing(pose, v, omega, table, standing)
-            threatened = not self._meets_nothing(pose, v, omega, table[-1:], longer)[0]
-        root = Root(pose, v, omega, residue, kept, table, clear, admissible, threatened, rests)
+            first = p.linear_actions * p.angular_actions if len(escape) else -1
+            ways = self._ways_out(pose, v, omega, room, table, clear, escape, first)
+            admissible &= ways.safe(p.standing, p.lasting)
+        root = Root(pose, v, omega, residue, room, table, clear, admissible, ways, rests)
         return root, margin if known else -1.0
 
-    def _meets_nothing(
-        self, pose: Array, v: float, omega: float, table: Array, standing: float
-    ) -> NDArray[np.bool_]:
-        """(n,) whether the base can brake and stand after an action, for all that moves."""
-        movers, outline, place = self._around.movers, self._outline, with_direction(pose)
-        margin = self.parameters.margin
-        if meets_mover(movers, outline, margin, *place, 0.0):
-            margin = 0.0  # inside the margin it may go on, but not be touched
-        times = contact_times(
-            self._drive, movers, outline, margin, standing, place, v, omega, table
-        )
-        return np.asarray(times == math.inf)
+    def _ways_out(
+        self,
+        pose: Array,
+        v: float,
+        omega: float,
+        margin: float,
+        table: Array,
+        clear: NDArray[np.bool_],
+        escape: Array,
+        first: int,
+    ) -> WaysOut:
+        """The longest way out that begins with each first action.
+
+        That of the last step, `escape` (k, 5), begins with the action of index `first`.
+        """
+        p, around, place = self.parameters, self._around, with_direction(pose)
+        for kept, growth in ((margin, 1.0), (0.5 * margin, 0.5), (0.0, 0.0)):
+            ways = WaysOut(
+                *longest_ways(
+                    self._drive, around.edges, around.movers, self._outline, kept, growth,
+                    p.escape_horizon, place, v, omega, table, clear, escape, first,
+                ),
+                escape,
+            )  # fmt: skip
+            if ways.times.max() > _IMMINENT:
+                break  # else something is within the margin: it may not be touched
+        return ways
 
     def _problem(self, pose: Array, goal: Goal, margin: float) -> Problem:
         p = self.parameters
@@ -303,32 +324,58 @@ class StaaStar:
         )
 
     def _give_up(self, root: Root, goal: Goal | None, effort: Effort | None = None) -> StaaPlan:
-        """Brake; if something that moves would hit the base then, what delays it longest."""
-        action = self._way_out(root) if root.threatened else root.brake
-        return self._answers.once(root, goal, action, emergency=True, effort=effort)
+        """Brake; if something that moves would hit the base then, the way out that is best."""
+        action = self._best_way_out(root, goal)
+        plan = self._answers.once(root, goal, action, emergency=True, effort=effort)
+        return replace(plan, way_out=self._out(root, action))
 
-    def _way_out(self, root: Root) -> int:
-        """What delays a contact with something that moves longest."""
-        edges, movers, outline = self._around.edges, self._around.movers, self._outline
-        pose, horizon = with_direction(root.pose), self.parameters.escape_horizon
-        return int(
-            escape(
-                self._drive, edges, movers, outline, root.margin, horizon, pose, root.v, root.omega,
-                root.table, root.clear,
+    def _best_way_out(self, root: Root, goal: Goal | None) -> int:
+        """The brake; if something that moves would hit the base then, what avoids it."""
+        p = self.parameters
+        if root.ways is None:
+            return root.brake
+        left = self._left_after(root.ways.ends, goal)
+        return root.ways.best(p.standing, p.lasting, left)
+
+    def _left_after(self, poses: Array, goal: Goal | None) -> Array:
+        """(n,) exact time from poses (n, 3) to the goal [s], 0 if there is none."""
+        if goal is None or not np.isfinite(goal.pose).all():
+            return np.zeros(len(poses))
+        try:
+            field = self.planner.goal_field(goal.pose)
+        except NoPath:
+            return np.zeros(len(poses))
+        return np.array([cost_to_go(field, *pose) for pose in poses.tolist()])
+
+    def _out(self, root: Root, action: int, planned: Array = NO_ACTIONS) -> Array:
+        """(k, 5) way out after an action: what is planned (k, 5), if it lasts."""
+        if root.ways is None:
+            return NO_ACTIONS
+        if len(planned) == 0 or self._time_of(root, planned) < math.inf:
+            return root.ways.actions(self._drive, root.table, action)
+        return planned
+
+    def _time_of(self, root: Root, actions: Array) -> float:
+        """How long actions (k, 5), braking and standing meet nothing that moves [s]."""
+        around, pose = self._around, with_direction(root.pose)
+        return float(
+            lasts(
+                self._drive, around.edges, around.movers, self._outline, root.margin,
+                self.parameters.escape_horizon, pose, root.v, root.omega, actions,
             )
         )  # fmt: skip
 
     def _compile(self) -> None:
         """Run every kernel once, so that no later call has to wait for the compiler."""
         pose = np.zeros(3)
-        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, _NO_ACTIONS)
+        root, _ = self._root(pose, 0.0, 0.0, NOWHERE, NO_ACTIONS, NO_ACTIONS)
         try:
             problem = self._problem(pose, Goal(pose, stop=True), 0.0)
         except (NoPath, InputError):
             return
         root.admissible[:] = True
-        self._meets_nothing(pose, 0.0, 0.0, root.table, 0.0)
-        self._way_out(root)
+        ways = self._ways_out(pose, 0.0, 0.0, 0.0, root.table, root.clear, NO_ACTIONS, -1)
+        self._out(replace(root, ways=ways), root.brake, np.zeros((1, 5)))
         arrival_action(problem, root, self.parameters)
         stand = np.zeros((1, 5))
         stand[0, DURATION] = self._drive.period

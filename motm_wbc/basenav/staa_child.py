@@ -46,6 +46,8 @@ from motm_wbc.basenav.staa_search import (
 )
 from motm_wbc.geometry.jit import lean
 
+_SLOT = 1.0  # [s] by which the closed set tells times apart where something moves
+_SLOT_KEYS = 1 << 28  # more than there are cells
 _STRICT = 0.8  # share of the tolerances that a new plan has to meet: there is some left later
 
 
@@ -78,7 +80,7 @@ def add_child(
                 parts = part + 1
                 break
     heading = wrapped(heading)
-    cell = cell_of(problem, x, y, heading)
+    cell = _cell_in_time(problem, memory, parent, x, y, heading)
     v, omega = memory.ends[0, i], memory.ends[1, j]
     if (
         _is_news(problem, memory, parent, cell, v, omega)
@@ -86,6 +88,21 @@ def add_child(
         and _rests_clear(problem, x, y, heading, v, omega)
     ):
         _keep_child(problem, memory, parent, action, root, i, j, x, y, heading, cell, share)
+
+
+@lean
+def _cell_in_time(
+    problem: Problem, memory: Memory, parent: int, x: float, y: float, heading: float
+) -> int:
+    """Cell of the closed set; among obstacles that move, each is another one later on.
+
+    So the base can let something pass: where it stands is blocked at one time, free at another.
+    """
+    cell = cell_of(problem, x, y, heading)
+    if cell < 0 or problem.movers.discs.shape[0] == 0:
+        return cell
+    slot = int((memory.links[parent, DEPTH] + 1) * problem.drive.step / _SLOT)
+    return cell + slot * _SLOT_KEYS
 
 
 @lean
@@ -180,7 +197,8 @@ def _keep_child(
     links[PARENT], links[ACTION], links[ROOT], links[CELL] = parent, action, root, cell
     links[DEPTH] = depth
     _note_goal(problem, memory, node, share)
-    # To stay at rest is no progress by itself; what can be done afterwards may be.
+    # To stay at rest is no progress by itself, unless something will have passed by then.
+    waits = waits and problem.movers.discs.shape[0] == 0
     if h < memory.values[BEST_H] and not waits:
         memory.values[BEST_H] = h
         memory.counters[BEST] = node

@@ -57,12 +57,14 @@ class StaaParameters(Data):
     """Least share of the proximity weight that remains at the goal."""
     moving_weight: Annotated[float, Field(ge=0.0, le=100.0)] = 0.2
     """Cost of one step next to an obstacle that moves; it falls to 0 within 1 m [s]."""
-    standing: Annotated[float, Field(ge=0.0, le=10.0)] = 3.0
+    standing: Annotated[float, Field(ge=0.0, le=10.0)] = 1.0
     """How long the base must be able to stand, having braked after any command, before an
     obstacle that moves meets it [s]."""
-    escape_horizon: Annotated[float, Field(gt=0.0, le=10.0)] = 5.0
-    """How long before something would hit the standing base a way out is taken [s]; also how
-    far ahead ways out are looked at."""
+    lasting: Annotated[float, Field(gt=0.0, le=60.0)] = 5.0
+    """How long the base must be able to keep out of the way of what moves after any command,
+    if it drives out of it [s]."""
+    escape_horizon: Annotated[float, Field(gt=0.0, le=60.0)] = 10.0
+    """How far ahead ways out are looked at [s]."""
     goal_distance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.10
     """How near to the goal's position counts as there [m]."""
     goal_angle: Annotated[float, Field(gt=0.0, le=3.2)] = 0.35

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from motm_wbc.basenav.local_planner import Goal
 from motm_wbc.geometry.arrays import Array
+
+NO_ACTIONS = np.zeros((0, 5))
 
 
 @dataclass(frozen=True)
@@ -37,10 +41,12 @@ class StaaPlan:
         braking: (b, 3) the braking arc from the state that the command leads to.
         actions: (m, 5) what the plan consists of: rate and target of v and of omega, duration.
         goal: what was asked for, or None.
-        emergency: nothing but braking (or standing still) was possible.
+        emergency: nothing but braking (or standing still) was possible, or the base drives out
+            of the way of something that would hit it soon if it braked.
         effort: what the search took.
         cost_to_go: exact time to the goal by PathRTR, as the search knows it [s].
         detour: found by a `WideSearch`; it may lead away from the goal at first.
+        way_out: (k, 5) actions that keep the base out of the way of what moves, from now on.
     """
 
     acceleration: tuple[float, float]
@@ -54,6 +60,7 @@ class StaaPlan:
     effort: Effort = Effort()
     cost_to_go: float = math.inf
     detour: bool = False
+    way_out: Array = field(default_factory=NO_ACTIONS.copy)
 
     @property
     def expansions(self) -> int:

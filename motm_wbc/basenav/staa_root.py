@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motm_wbc.basenav.reach import ReachRegion
-from motm_wbc.basenav.staa_admissible import ACCELERATION, ALPHA, Keep
+from motm_wbc.basenav.staa_admissible import Keep
+from motm_wbc.basenav.staa_escape import WaysOut
 from motm_wbc.geometry.arrays import Array
 
 NOWHERE = Keep(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -30,7 +31,7 @@ class Root:
         table: (n, 6) first actions.
         clear: (n,) which of them keep clear of what rests.
         admissible: (n,) which of them are safe in all respects.
-        threatened: something that moves would hit the base sooner or later if it braked now.
+        ways: ways out of what moves; None if nothing does.
         rests: (n, 3) poses at rest after each, and braking.
     """
 
@@ -42,18 +43,13 @@ class Root:
     table: Array
     clear: NDArray[np.bool_]
     admissible: NDArray[np.bool_]
-    threatened: bool
+    ways: WaysOut | None
     rests: Array
 
     @property
     def brake(self) -> int:
         """Index of the brake."""
         return len(self.table) - 1
-
-    def stays(self, action: int) -> bool:
-        """Whether the base is at rest and an action leaves it so."""
-        still = self.v == 0.0 and self.omega == 0.0
-        return still and not self.table[action, ACCELERATION : ALPHA + 1].any()
 
 
 def with_direction(pose: Array) -> tuple[float, float, float, float]:

@@ -15,8 +15,10 @@ from motm_wbc.basenav.movers import half_way, meets_mover, movers_of, nearness_o
 from motm_wbc.basenav.obstacle import Disc, Obstacle
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.staa import Goal, StaaPlan, StaaStar
+from motm_wbc.basenav.staa_escape import WaysOut
 from motm_wbc.basenav.staa_parameters import StaaParameters
-from motm_wbc.basenav.staa_root import with_direction
+from motm_wbc.basenav.staa_plan import NO_ACTIONS
+from motm_wbc.basenav.staa_root import NOWHERE, with_direction
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.angles import wrap
@@ -60,7 +62,13 @@ class Run:
 
     def step(self) -> StaaPlan:
         self.planner.update(self.world.after(self.time))
-        plan = self.planner.plan(self.state[:3], self.state[3], self.state[4], self.goal)
+        plan = self.planner.plan(
+            self.state[:3],
+            self.state[3],
+            self.state[4],
+            self.goal,
+            previous=self.plans[-1] if self.plans else None,
+        )
         a, alpha = plan.acceleration
         assert abs(a) <= LIMITS.a_max + 1e-12
         assert abs(alpha) <= LIMITS.alpha_max + 1e-12
@@ -153,13 +161,50 @@ def test_it_waits_for_what_crosses_and_then_goes_on(planner: StaaStar) -> None:
 
 def test_a_blocked_stand_is_caught(planner: StaaStar) -> None:
     """Planted: braking ends where something comes by; the brake must not be called safe."""
-    planner.update(World([Disc((0.12, 1.2), 0.2, (0.0, -0.5))]))
     pose = np.zeros(3)
-    assert planner.brake(pose, 0.3, 0.0).emergency
+    for velocity, safe in ((-0.5, False), (0.5, True)):
+        planner.update(World([Disc((0.12, 0.9), 0.2, (0.0, velocity))]))
+        ways = ways_from(planner, pose, 0.3)
+        assert ways.can_stand(1.0)[-1] == safe
+        assert ways.safe(1.0, 5.0)[-1] == safe
+        assert planner.brake(pose, 0.3, 0.0).emergency != safe
+    planner.update(World([Disc((0.12, 0.9), 0.2, (0.0, -0.5))]))
     fleeing = planner.plan(pose, 0.3, 0.0, Goal(np.array([4.0, 0.0, 0.0])))
     assert fleeing.acceleration[0] >= 0.0  # on, out of its way
-    planner.update(World([Disc((0.12, 1.2), 0.2, (0.0, 0.5))]))
-    assert not planner.brake(pose, 0.3, 0.0).emergency
+
+
+def ways_from(planner: StaaStar, pose: Array, v: float) -> WaysOut:
+    """Ways out of a planner's world."""
+    root, _ = planner._root(pose, v, 0.0, NOWHERE, NO_ACTIONS, NO_ACTIONS, planner.parameters)
+    assert root.ways is not None
+    return root.ways
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_ways_out_last_as_long_as_they_say(planner: StaaStar, seed: int) -> None:
+    """What is called safe for so long is driven, and judged by shapely."""
+    rng = np.random.default_rng(200 + seed)
+    world = World(random_movers(rng, np.array([[0.0, 0.0], [2.0, 0.0]]), 8))
+    planner.update(world)
+    plan = planner.brake(np.zeros(3), 0.4, 0.5)
+    last = lasts_of(planner, plan.way_out)
+    pose, v, omega, time = np.zeros(3), 0.4, 0.5, 0.0
+    for row in plan.way_out:
+        for _ in range(round(row[4] / PERIOD)):
+            v1 = v + float(np.clip(row[1] - v, -row[0] * PERIOD, row[0] * PERIOD))
+            w1 = omega + float(np.clip(row[3] - omega, -row[2] * PERIOD, row[2] * PERIOD))
+            mean = 0.5 * (v + v1), 0.5 * (omega + w1)
+            pose = se2.integrate_twist(pose, mean[0], 0.0, mean[1], PERIOD)
+            v, omega, time = v1, w1, time + PERIOD
+            assert depth(world.after(time), pose) < 1e-6 or time > last - 0.3
+
+
+def lasts_of(planner: StaaStar, actions: Array) -> float:
+    """How long a planner thinks that actions last from the origin."""
+    root, _ = planner._root(
+        np.zeros(3), 0.4, 0.5, NOWHERE, NO_ACTIONS, NO_ACTIONS, planner.parameters
+    )
+    return planner._time_of(root, actions)
 
 
 def test_standing_in_the_way_it_drives_out_of_it(planner: StaaStar) -> None:
