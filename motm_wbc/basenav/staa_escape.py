@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
 from motm_wbc.basenav.movers import Movers, half_way, meets_mover
-from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
+from motm_wbc.basenav.staa_admissible import (
+    ACCELERATION,
+    ALPHA,
+    RATE_OMEGA,
+    RATE_V,
+    TARGET_OMEGA,
+    TARGET_V,
+)
 from motm_wbc.basenav.staa_follow import DURATION
 from motm_wbc.basenav.staa_motion import Drive, arc, stopping_duration, velocity_after
 from motm_wbc.geometry.arrays import Array
@@ -43,7 +50,8 @@ class WaysOut:
             negative if what rests is in the way.
         forms: (n,) which it is; -1: what was left of the last step's.
         ends: (n, 3) pose at its end.
-        stands: (n,) how long the base lasts that brakes after the action [s].
+        stands: (n,) how long the base lasts at rest that brakes after the action [s]; negative
+            if something meets it before.
         kept: (k, 5) what was left of the last step's way out.
     """
 
@@ -252,7 +260,7 @@ def longest_ways(
         kept_index: the row that it begins with; negative if there is none.
 
     Returns:
-        (n,) times, (n,) forms, (n, 3) ends, (n,) times of braking and standing at once; see
+        (n,) times, (n,) forms, (n, 3) ends, (n,) times at rest; see
         `WaysOut`. Of equal ways out the simplest.
     """
     count = table.shape[0]
@@ -270,7 +278,9 @@ def longest_ways(
                 kept if form < 0 else actions,
             )  # fmt: skip
             if form == 0:
-                stands[index] = time
+                v1 = v + table[index, ACCELERATION] * drive.period
+                w1 = omega + table[index, ALPHA] * drive.period
+                stands[index] = time - drive.period - stopping_duration(drive, v1, w1)
             if time > times[index]:
                 times[index], forms[index] = time, form
                 ends[index, 0], ends[index, 1], ends[index, 2] = x, y, heading
