@@ -371,7 +371,7 @@ def _print_drive(r: DriveResult, record: Path | None) -> None:
     table.add_row("result", "goal reached" if r.success else f"failed: {r.failure_reason}")
     for label, value, unit in (
         ("time", r.time_s, "s"),
-        ("lower bound", r.lower_bound_s, "s"),
+        ("PathRTR of the global path, and v/a", r.lower_bound_s, "s"),
         ("collisions", r.collisions, ""),
         ("least clearance", r.min_clearance_m, "m"),
         ("length of the way", r.path_length_m, "m"),

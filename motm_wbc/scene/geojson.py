@@ -3,6 +3,7 @@
 A Polygon or MultiPolygon blocks the floor; so does a Point with the property `radius` [m].
 The property `velocity`, [vx, vy] [m/s], lets it move; one Polygon with the property
 `boundary`: true is the floor itself, and its holes block. Other properties say nothing here.
+A byte order mark at the file's beginning, as some programs write it, is skipped.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from motm_wbc.scene.floor_map import FloorMap, MapArea, MapDisc
 Json: TypeAlias = Mapping[str, object]
 _DEGREES = ("crs84", "4326", "4979")
 _SMALLEST = 0.05  # [m]: whole maps of that size are degrees
+_FASTEST = 100.0  # [m/s]: what is said to move faster is an error; predicting it would not end
 
 
 def read_geojson(path: Path) -> FloorMap:
@@ -32,8 +34,8 @@ def read_geojson(path: Path) -> FloorMap:
         InputError: it is missing, no GeoJSON, has nothing that blocks, or is in degrees.
     """
     try:
-        content = json.loads(read_text(path))
-    except ValueError as error:
+        content = json.loads(read_text(path).removeprefix("\ufeff"))
+    except (ValueError, RecursionError) as error:
         raise InputError(f"is not valid JSON: {error}", str(path)) from None
     if not _is_object(content):
         raise InputError("must be a GeoJSON object", str(path))
@@ -42,7 +44,7 @@ def read_geojson(path: Path) -> FloorMap:
     boundary: Array | None = None
     for where, geometry, properties in _features(content, str(path)):
         found = list(_things(where, geometry, properties))
-        if properties.get("boundary") is True:
+        if _says_boundary(where, properties):
             if boundary is not None:
                 raise InputError("is a second boundary; one is legal", where)
             boundary, inside = _as_boundary(where, found)
@@ -131,7 +133,18 @@ def _positions(values: object, where: str) -> Array:
 def _velocity(value: object, where: str) -> tuple[float, float]:
     if not (isinstance(value, list) and len(value) == 2 and all(map(_is_number, value))):
         raise InputError(f"{_short(value)} is no velocity; legal: [vx, vy] in m/s", where)
-    return float(value[0]), float(value[1])
+    vx, vy = float(value[0]), float(value[1])
+    if math.hypot(vx, vy) > _FASTEST:
+        raise InputError(f"{_short(value)} is faster than {_FASTEST:g} m/s", where)
+    return vx, vy
+
+
+def _says_boundary(where: str, properties: Json) -> bool:
+    """A floor that is taken for an obstacle would block everything: only booleans are legal."""
+    value = properties.get("boundary", False)
+    if not isinstance(value, bool):
+        raise InputError(f"{_short(value)} can't be used; legal: true, false", f"{where}.boundary")
+    return value
 
 
 def _as_boundary(
@@ -178,7 +191,10 @@ def _is_object(value: object) -> TypeGuard[Json]:
 def _is_number(value: object) -> TypeGuard[float]:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
-    return math.isfinite(value)
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        return False
 
 
 def _short(value: object) -> str:

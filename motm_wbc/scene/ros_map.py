@@ -10,6 +10,7 @@ Outside of the image nothing is known, so its rectangle is the boundary.
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -73,7 +74,7 @@ def read_ros_map(path: Path, unknown: Unknown = "blocked") -> FloorMap:
     """
     try:
         content = yaml.safe_load(read_text(path))
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, RecursionError) as error:
         raise InputError(f"is not valid YAML: {error}", str(path)) from None
     if not isinstance(content, dict):
         raise InputError("must have the keys image, resolution and origin", str(path))
@@ -120,7 +121,10 @@ def _levels(path: Path) -> tuple[Levels, Mask]:
         InputError: there is no such image, or it can't be read.
     """
     try:
-        with Image.open(path) as image:
+        with warnings.catch_warnings():  # a large image is legal, as far as Pillow opens it
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            opened = Image.open(path)
+        with opened as image:
             if image.mode in _SIXTEEN_BITS:
                 deep = np.asarray(image).astype(np.uint16)
                 return deep, np.ones(deep.shape, dtype=bool)

@@ -47,6 +47,17 @@ def test_what_blocks(tmp_path):
     assert np.ptp(floor.boundary, axis=0).tolist() == [18.0, 18.0]
 
 
+def test_a_byte_order_mark_is_skipped(tmp_path):
+    path = write(tmp_path, feature("Polygon", [SQUARE]))
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert len(load_floor_map(path).things) == 1
+
+
+def test_what_says_that_it_is_no_boundary_blocks(tmp_path):
+    floor = load_floor_map(write(tmp_path, feature("Polygon", [SQUARE], boundary=False)))
+    assert len(floor.things) == 1 and floor.boundary is None
+
+
 def test_a_bare_geometry_is_a_map(tmp_path):
     path = tmp_path / "map.json"
     path.write_text(json.dumps({"type": "Polygon", "coordinates": [SQUARE]}))
@@ -68,6 +79,10 @@ def test_a_bare_geometry_is_a_map(tmp_path):
         (feature("Polygon", [[[0, 0], [1, float("nan")], [1, 1]]]), "is no position"),
         (feature("Polygon", [SQUARE], velocity=0.3), "features[0].velocity: 0.3 is no velocity"),
         (feature("Polygon", [SQUARE], velocity=[0.3, None]), "is no velocity"),
+        (feature("Polygon", [SQUARE], velocity=[0, -1e9]), "faster than 100 m/s"),
+        (feature("Polygon", [[[0, 0], [10**400, 1], [1, 1]]]), "is no position"),
+        (feature("Polygon", [SQUARE], boundary="true"), "boundary: 'true' can't be used"),
+        (feature("Polygon", [SQUARE], boundary=1), "legal: true, false"),
         (feature("Polygon", [SQUARE], boundary=True, velocity=[1, 0]), "a boundary can't move"),
         (feature("MultiPolygon", [[SQUARE], [SQUARE]], boundary=True), "must be one Polygon"),
         ({"type": "Polygon"}, "must be an object of type Feature"),
@@ -94,7 +109,11 @@ def test_bad_files(tmp_path):
     with pytest.raises(InputError, match="project them to metres"):
         load_floor_map(write(tmp_path, boundary, crs=crs))
     path = tmp_path / "map.geojson"
-    for text, expected in (("{", "not valid JSON"), ("[]", "must be a GeoJSON object")):
+    for text, expected in (
+        ("{", "not valid JSON"),
+        ("[" * 100_000, "not valid JSON"),
+        ("[]", "must be a GeoJSON object"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError, match=expected):
             load_floor_map(path)

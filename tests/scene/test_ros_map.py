@@ -138,7 +138,12 @@ def test_bad_files(tmp_path, changed, expected):
 
 def test_more_bad_files(tmp_path):
     path = tmp_path / "map.yaml"
-    for content, expected in (("- 1\n", "keys"), ("a: [\n", "YAML"), ("", "keys")):
+    for content, expected in (
+        ("- 1\n", "keys"),
+        ("a: [\n", "YAML"),
+        ("[" * 3000, "YAML"),
+        ("", "keys"),
+    ):
         path.write_text(content)
         with pytest.raises(InputError, match=expected):
             read_ros_map(path)
@@ -154,6 +159,15 @@ def test_more_bad_files(tmp_path):
         load_floor_map(tmp_path / "none.yaml")
     with pytest.raises(InputError, match="legal endings"):
         load_floor_map(tmp_path / "map.txt")
+
+
+def test_a_large_image_is_opened_without_a_warning(tmp_path, monkeypatch):
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1500)  # of 2400; twice as many are an error
+    path = write(tmp_path, room())
+    assert read_ros_map(path).boundary is not None
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
+    with pytest.raises(InputError, match="can't be read as an image"):
+        read_ros_map(path)
 
 
 @pytest.mark.slow

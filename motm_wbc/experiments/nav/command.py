@@ -101,7 +101,7 @@ def _check(request: NavRequest) -> None:
         raise InputError(f"must be 0 or more, got {request.seed}", "--seed")
     if request.time_limit is not None and not 0.0 < request.time_limit <= 3600.0:
         raise InputError(f"must be in 0..3600 s, got {request.time_limit:g}", "--time-limit")
-    if request.draw is not None and request.draw.suffix not in PICTURES:
+    if request.draw is not None and request.draw.suffix.lower() not in PICTURES:
         raise InputError(f"must end in one of {', '.join(PICTURES)}", "--draw")
     for name, file in (("--record", request.record), ("--draw", request.draw)):
         if file is not None and not file.parent.is_dir():

@@ -29,6 +29,7 @@ _AT_REST = 1e-6  # [m/s] or [rad/s]
 _EXCUSE = 1.0  # [s] at rest, after which what runs into the base is to blame
 _STUCK = 5.0, 0.1  # who moved less than this [m] in the last seconds [s] was stuck
 _HOPELESS = 10.0  # [s] at rest in a world at rest: nothing will change any more
+_LONGEST = 3600.0  # [s], of a drive that was given no time limit
 _ROUNDING = 1e-9  # share of a limit; below it is the arithmetic's
 
 
@@ -113,7 +114,8 @@ def drive(
         velocity: v [m/s] and omega [rad/s] at the start.
         period: of the base steps [s].
         ramp_steps: control steps in each.
-        time_limit: [s]; None: four times the lower bound and 20 s.
+        time_limit: [s]; None: four times the lower bound and 20 s, an hour
+            at most.
         tolerance: distance [m] and angle [rad] at which the goal is reached.
         noise: standard deviation of the position, each axis [m], and of the heading [rad]
             that the navigator is told.
@@ -157,7 +159,7 @@ def drive(
         run.end("no path: what stands separates start and goal")
         return run.result(None, inflation)
     if time_limit is None:
-        time_limit = 20.0 + 4.0 * (path.time + limits.v_max / limits.a_max)
+        time_limit = min(20.0 + 4.0 * (path.time + limits.v_max / limits.a_max), _LONGEST)
     while not run.ended and run.time < time_limit - 0.5 * run.dt:
         run.base_step(observer)
     return run.result(path, inflation)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from shapely.geometry import Polygon
 
 from motm_wbc.basenav.navigator import disc_radius
 from motm_wbc.basenav.planner import GlobalPlanner
@@ -19,7 +20,8 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
 from motm_wbc.kinematics.loading import load_description
 
-_LARGEST = 50.0  # [m], of a footprint
+_FOOTPRINT = 0.01, 50.0  # [m]
+_LIMIT = 1e-3, 100.0  # [m/s], [rad/s], [m/s^2], [rad/s^2]; slower, braking would take for ever
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +52,15 @@ def base_of(robot: str, footprint: str | None, changed: dict[str, float | None])
     limits = base.limits()
     given = {name: value for name, value in changed.items() if value is not None}
     for name, value in given.items():
-        if not math.isfinite(value) or value < 0.0 or (value == 0.0 and name != "v_reverse"):
-            raise InputError(f"must be a finite number > 0, got {value:g}", option(name))
+        if not (_LIMIT[0] <= value <= _LIMIT[1] or (value == 0.0 and name == "v_reverse")):
+            legal = "{:g}..{:g}".format(*_LIMIT) + (" or 0" if name == "v_reverse" else "")
+            raise InputError(f"must be in {legal}, got {value:g}", option(name))
     limits = dataclasses.replace(limits, **given)
     if footprint is None:
         return Base(base.footprint(), limits)
     length, width = numbers(footprint, ("LENGTH", "WIDTH"), "--footprint")
-    if not (0.0 < length <= _LARGEST and 0.0 < width <= _LARGEST):
-        raise InputError(f"must be two numbers in 0..{_LARGEST:g} m", "--footprint")
+    if not all(_FOOTPRINT[0] <= side <= _FOOTPRINT[1] for side in (length, width)):
+        raise InputError("must be two numbers in {:g}..{:g} m".format(*_FOOTPRINT), "--footprint")
     return Base(polygons.rectangle(length, width), limits)
 
 
@@ -90,6 +93,8 @@ def pose(text: str, where: str, free_heading: bool = False) -> Array:
     """
     if free_heading and text.count(",") == 1:
         return np.array([*numbers(text, ("X", "Y"), where), math.nan])
+    if free_heading and text.count(",") != 2:
+        raise InputError(f"must be X,Y or X,Y,HEADING, got {text!r}", where)
     x, y, heading = numbers(text, ("X", "Y", "HEADING"), where)
     if abs(heading) > math.tau + 1e-6:
         hint = f"{heading:g} degrees are {math.radians(heading):.4g}"
@@ -116,8 +121,18 @@ def check_free(world: World, base: Base, place: Array, where: str) -> None:
     """Refuse a pose at which the base would stand in something that doesn't move.
 
     Raises:
-        InputError: it does.
+        InputError: it does, or it is not wholly on the floor.
     """
-    if ContactAudit(world.still(), base.footprint).look(0.0, place, 0.0, 0.0, 0.0):
-        x, y, heading = place
-        raise InputError(f"at ({x:g}, {y:g}, {heading:.3g} rad) the base is in collision", where)
+    if not ContactAudit(world.still(), base.footprint).look(0.0, place, 0.0, 0.0, 0.0):
+        return
+    x, y, heading = place
+    at = f"at ({x:g}, {y:g}, {heading:.3g} rad) the base"
+    if world.boundary is not None and not _stands_on(world.boundary, base, place):
+        (x0, y0), (x1, y1) = world.boundary.min(axis=0), world.boundary.max(axis=0)
+        legal = f"{x0:g}..{x1:g} m by {y0:g}..{y1:g} m"
+        raise InputError(f"{at} is not wholly inside of the boundary (it spans {legal})", where)
+    raise InputError(f"{at} is in collision", where)
+
+
+def _stands_on(boundary: Array, base: Base, place: Array) -> bool:
+    return bool(Polygon(boundary).covers(Polygon(polygons.place(base.footprint, place))))
