@@ -15,11 +15,11 @@ import numpy as np
 
 from motm_wbc.basenav.field_solver import free_goals, goal_tangents
 from motm_wbc.basenav.goal_field import EXTRA, HEADING
-from motm_wbc.basenav.graph import TangentGraph, chain_turn, connected_parts, with_arrivals
+from motm_wbc.basenav.graph import TangentGraph, connected_parts, tangents_at, with_arrivals
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, direct_time, end_turn
 from motm_wbc.basenav.ring import FREE
 from motm_wbc.basenav.search import COST, COSTS, DRIVEN, LENGTH, POSE, Places, search_back
-from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, push_out, sees, tangent_side
+from motm_wbc.basenav.visibility import push_out, sees
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
@@ -83,10 +83,12 @@ def prepare_approach(
             places[k, PUSH] = push if TOUCH < push < math.inf else 0.0
             if places[k, PUSH] == 0.0:
                 places[k, X], places[k, Y] = poses[first, X], poses[first, Y]
-            begin = size
-            size = _see_corners(walls, places[k], chain, turn, ways, size)
-            for t in range(begin, size):
-                _price_ways(ways[t], places[k, PUSH], poses, first, speeds)
+            seen = tangents_at(walls, places[k, X], places[k, Y], False)
+            for t in range(seen.chain.size):
+                chain[size], turn[size] = seen.chain[t], seen.turn[t]
+                angle, length, added = seen.angle[t], seen.length[t], places[k, PUSH]
+                _price_ways(ways[size], angle, length, added, poses, first, speeds)
+                size += 1
         start[k + 1] = size
     joined = with_arrivals(graph, chain[:size], turn[:size])
     parts = connected_parts(graph, walls.corners.shape[0])
@@ -95,9 +97,10 @@ def prepare_approach(
 
 
 @kernel
-def _price_ways(way: Array, push: float, poses: Array, first: int, speeds: Speeds) -> None:
-    """Fill in a tangent's row of `Approach.ways`, of which direction and length are given."""
-    angle, length = way[0, POSE], way[0, LENGTH]
+def _price_ways(
+    way: Array, angle: float, length: float, push: float, poses: Array, first: int, speeds: Speeds
+) -> None:
+    """Fill in a tangent's row of `Approach.ways`, given its direction [rad] and length [m]."""
     for gear in range(2):
         speed = speeds.backward if gear == BACKWARD else speeds.forward
         drive = length / speed + push / speeds.forward if speed > 0.0 else math.inf
@@ -105,35 +108,6 @@ def _price_ways(way: Array, push: float, poses: Array, first: int, speeds: Speed
         for i in range(way.shape[1] - COSTS):
             turned = end_turn(angle, poses[first + i, HEADING] + math.pi, gear)
             way[gear, COSTS + i] = drive + turned / speeds.turning
-
-
-@kernel
-def _see_corners(
-    walls: Walls, place: Array, chain: Indices, turn: Array, ways: Array, size: int
-) -> int:
-    """Add the tangents from a place to corners in sight from index `size` on.
-
-    Direction [rad] and length [m] are written to `ways[:, 0, :2]`. Returns the new size.
-    """
-    corners, links = walls.corners, walls.links
-    ring_start, boxes = walls.ring_start, walls.ring_box
-    x, y = place[X], place[Y]
-    for corner in range(corners.shape[0]):
-        cx, cy = corners[corner, X], corners[corner, Y]
-        dx, dy = cx - x, cy - y
-        if not may_be_tangent(corners, corner, dx, dy):
-            continue
-        length = math.sqrt(dx * dx + dy * dy)
-        if length <= TOUCH:
-            continue
-        side = tangent_side(corners, links, corner, dx / length, dy / length)
-        if side == NEITHER or not sees(corners, links, ring_start, boxes, x, y, cx, cy):
-            continue
-        angle = math.atan2(dy, dx)
-        chain[size], turn[size] = 2 * corner + side, chain_turn(corners, corner, side, angle)
-        ways[size, 0, POSE], ways[size, 0, LENGTH] = angle, length
-        size += 1
-    return size
 
 
 @kernel

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motm_wbc.basenav.parameters import PlacementParameters
+from motm_wbc.basenav.parameters import PlacementParameters, smallest_gap
+from motm_wbc.basenav.pathrtr import turn_between
 from motm_wbc.basenav.ring import FREE, UNREACHABLE
 from motm_wbc.basenav.walls import Indices
 from motm_wbc.geometry.arrays import Array
@@ -40,15 +41,13 @@ def rules_of(parameters: PlacementParameters) -> Rules:
     """The rules that the parameters ask for."""
     p = parameters
     half_spacing = math.pi / p.count
-    headings = np.sort(np.remainder(p.headings, math.tau))
-    gaps = np.diff(np.append(headings, headings[0] + math.tau))
     return Rules(
         weight=p.weight,
         tie_slack=p.tie_slack if p.ties_to_next else 0.0,
         hold=1.0 if p.hold else 0.0,
         hysteresis=p.hysteresis,
         distance=half_spacing * p.radius,
-        angle=min(half_spacing, 0.5 * float(gaps.min())),
+        angle=min(half_spacing, 0.5 * smallest_gap(p.headings)),
     )
 
 
@@ -189,7 +188,7 @@ def match(poses: Array, previous: Array, rules: Rules) -> int:
     best, nearest = NONE, math.inf
     for i in range(poses.shape[0]):
         apart = math.hypot(poses[i, 0] - previous[0], poses[i, 1] - previous[1])
-        turned = abs((poses[i, 2] - previous[2] + math.pi) % math.tau - math.pi)
+        turned = turn_between(previous[2], poses[i, 2])
         if apart < rules.distance and turned < rules.angle:
             off = apart / rules.distance + turned / rules.angle
             if off < nearest:

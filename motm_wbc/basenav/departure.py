@@ -11,11 +11,13 @@ import math
 
 import numpy as np
 
+from motm_wbc.basenav.field_solver import GoalRoutes
 from motm_wbc.basenav.footprint_check import EdgeMap, Outline, is_clear
-from motm_wbc.basenav.goal_field import HEADING, GoalField, enter, first_move
-from motm_wbc.basenav.pathrtr import BACKWARD
+from motm_wbc.basenav.goal_field import GoalField
+from motm_wbc.basenav.onward import way_on
 from motm_wbc.basenav.ring import FREE
-from motm_wbc.basenav.walls import TOUCH, Indices, X, Y
+from motm_wbc.basenav.walls import Indices
+from motm_wbc.geometry.angles import wrapped
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 
@@ -27,12 +29,6 @@ _PULL_LIMIT = 5.0  # how far to pull out straight, in radii of the outline
 def pull_out_limit(outline: Outline) -> float:
     """How far a base pulls out straight at most [m]."""
     return _PULL_LIMIT * outline.radius
-
-
-@kernel
-def wrapped(angle: float) -> float:
-    """The same angle in [-pi, pi) [rad]."""
-    return (angle + math.pi) % math.tau - math.pi
 
 
 @kernel
@@ -56,30 +52,6 @@ def turn_is_clear(
 
 
 @kernel
-def _way_on(field: GoalField, x: float, y: float, heading: float) -> tuple[float, float]:
-    """Time to the goal [s], and the heading that the way there begins with [rad]."""
-    place = np.empty(2)
-    push = enter(field, x, y, heading, place)
-    time, gear, goal, chain = first_move(field, place[0], place[1], heading)
-    if time == math.inf:
-        return math.inf, heading
-    if push > TOUCH:
-        dx, dy = place[0] - x, place[1] - y
-    elif goal >= 0:
-        dx, dy = field.goals[goal, X] - x, field.goals[goal, Y] - y
-        if math.hypot(dx, dy) <= TOUCH:  # there already: only its heading is left
-            toward = field.goals[goal, HEADING]
-            return time, heading if math.isnan(toward) else toward
-    else:
-        corner = chain // 2
-        dx, dy = field.walls.corners[corner, X] - x, field.walls.corners[corner, Y] - y
-    begin = math.atan2(dy, dx)
-    if push <= TOUCH and gear == BACKWARD:
-        begin += math.pi
-    return push / field.speeds.forward + time, begin
-
-
-@kernel
 def turning_lag(turn: float, rate: float, acceleration: float) -> float:
     """What a turn from rest to rest takes longer than `turn`/`rate` [s].
 
@@ -97,6 +69,7 @@ def turning_lag(turn: float, rate: float, acceleration: float) -> float:
 @kernel
 def departure_time(
     field: GoalField,
+    routes: GoalRoutes,
     edges: EdgeMap,
     outline: Outline,
     x: float,
@@ -104,8 +77,8 @@ def departure_time(
     heading: float,
     margin: float,
     alpha_max: float,
-) -> float:
-    """Time to the goal [s] for a base at rest at a pose, infinite if it can't get away.
+) -> tuple[float, float]:
+    """Time to the goal for a base at rest at a pose.
 
     It turns on the spot to where its way begins, if that sweep is free; else it first pulls
     out straight, back at the reverse speed or ahead, up to the first place where the sweep
@@ -114,6 +87,7 @@ def departure_time(
 
     Args:
         field: of the goal.
+        routes: of the same solution.
         edges: the world, not inflated.
         outline: footprint.
         x: [m].
@@ -121,12 +95,17 @@ def departure_time(
         heading: [rad].
         margin: distance that the footprint keeps [m].
         alpha_max: angular acceleration; turning on the spot begins and ends at rest [rad/s^2].
+
+    Returns:
+        Time [s], infinite if it can't get away; the longest of all ways that were looked at
+        to find it, with what is pulled out before [m].
     """
-    time, begin = _way_on(field, x, y, heading)
+    time, longest, begin = way_on(field, routes, x, y, heading)
     if time == math.inf:
-        return time
+        return time, longest
     if turn_is_clear(edges, outline, x, y, heading, begin, margin):
-        return time + turning_lag(wrapped(begin - heading), field.speeds.turning, alpha_max)
+        lag = turning_lag(wrapped(begin - heading), field.speeds.turning, alpha_max)
+        return time + lag, longest
     best = math.inf
     c, s = math.cos(heading), math.sin(heading)
     for sense in (-1.0, 1.0):
@@ -134,32 +113,40 @@ def departure_time(
         if speed <= 0.0:
             continue
         for k in range(1, int(_PULL_LIMIT * outline.radius / _PULL_STEP) + 1):
-            px, py = x + sense * k * _PULL_STEP * c, y + sense * k * _PULL_STEP * s
+            pulled = k * _PULL_STEP
+            px, py = x + sense * pulled * c, y + sense * pulled * s
             if not is_clear(edges, outline, px, py, c, s, margin):
                 break
-            time, begin = _way_on(field, px, py, heading)
+            time, way, begin = way_on(field, routes, px, py, heading)
+            longest = max(longest, pulled + way)
             if turn_is_clear(edges, outline, px, py, heading, begin, margin):
                 lag = turning_lag(wrapped(begin - heading), field.speeds.turning, alpha_max)
-                best = min(best, k * _PULL_STEP / speed + time + lag)
+                best = min(best, pulled / speed + time + lag)
                 break
-    return best
+    return best, longest
 
 
 @kernel
 def departure_times(
     field: GoalField,
+    routes: GoalRoutes,
     edges: EdgeMap,
     outline: Outline,
     poses: Array,
     rejections: Indices,
     margin: float,
     alpha_max: float,
-) -> Array:
-    """`departure_time` of each of `poses` (m, 3) that is `FREE`; infinite for the others."""
-    times = np.full(len(poses), math.inf)
+) -> tuple[Array, Array]:
+    """`departure_time` of each of `poses` (m, 3) that is `FREE`.
+
+    Returns:
+        (m,) time [s], infinite for the others; (m,) longest way [m], zero for the others.
+    """
+    times, ways = np.full(len(poses), math.inf), np.zeros(len(poses))
     for i in range(len(poses)):
-        if rejections[i] != FREE:
-            continue
-        x, y, heading = poses[i, 0], poses[i, 1], poses[i, 2]
-        times[i] = departure_time(field, edges, outline, x, y, heading, margin, alpha_max)
-    return times
+        if rejections[i] == FREE:
+            x, y, heading = poses[i, 0], poses[i, 1], poses[i, 2]
+            times[i], ways[i] = departure_time(
+                field, routes, edges, outline, x, y, heading, margin, alpha_max
+            )
+    return times, ways

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from motm_wbc.basenav.goal_field import EXTRA, HEADING, GoalField
-from motm_wbc.basenav.graph import TangentGraph, chain_turn, sort_by_chain
+from motm_wbc.basenav.graph import TangentGraph, sort_by_chain, tangents_at
 from motm_wbc.basenav.outlines import Ellipse
 from motm_wbc.basenav.pathrtr import BACKWARD, Speeds, end_turn
 from motm_wbc.basenav.search import GoalTangents, Labels, nowhere, search_back
-from motm_wbc.basenav.visibility import NEITHER, may_be_tangent, push_out, sees, tangent_side
+from motm_wbc.basenav.visibility import push_out
 from motm_wbc.basenav.walls import TOUCH, Indices, Walls, X, Y
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
@@ -54,51 +54,25 @@ def free_goals(walls: Walls, goals: Array, speed: float) -> Array:
 @kernel
 def goal_tangents(walls: Walls, goals: Array, speeds: Speeds) -> GoalTangents:
     """Tangents from corners to goals (g, 4), as in `GoalField`, in sight of each other."""
-    corners, links = walls.corners, walls.links
-    ring_start, boxes = walls.ring_start, walls.ring_box
-    most = 2 * corners.shape[0] * goals.shape[0]
+    most = 2 * walls.corners.shape[0] * goals.shape[0]
     ends = np.empty((most, 2), dtype=np.int64)
-    shape = np.empty((most, 3))  # direction, turn, length
+    turn, length = np.empty(most), np.empty(most)
     cost = np.empty((most, 2))
-    count, before = 0, 0
+    count = 0
     for goal in range(goals.shape[0]):
         x, y, heading = goals[goal, X], goals[goal, Y], goals[goal, HEADING]
-        first, last = count, count
-        if goal > 0 and x == goals[goal - 1, X] and y == goals[goal - 1, Y]:
-            first, last = before, count  # another heading at the same place
-        before = count
-        if first == last:
-            for corner in range(corners.shape[0]):
-                cx, cy = corners[corner, X], corners[corner, Y]
-                dx, dy = x - cx, y - cy
-                if not may_be_tangent(corners, corner, dx, dy):
-                    continue
-                length = math.sqrt(dx * dx + dy * dy)
-                if length <= TOUCH:
-                    continue
-                side = tangent_side(corners, links, corner, dx / length, dy / length)
-                if side == NEITHER or not sees(corners, links, ring_start, boxes, cx, cy, x, y):
-                    continue
-                angle = math.atan2(dy, dx)
-                ends[count, 0] = 2 * corner + side
-                shape[count, 0], shape[count, 2] = angle, length
-                shape[count, 1] = chain_turn(corners, corner, side, angle)
-                count += 1
-        else:
-            for k in range(first, last):
-                ends[count, 0] = ends[k, 0]
-                shape[count] = shape[k]
-                count += 1
-        for k in range(before, count):
-            ends[k, 1] = goal
+        if goal == 0 or x != goals[goal - 1, X] or y != goals[goal - 1, Y]:
+            seen = tangents_at(walls, x, y, True)
+        for k in range(seen.chain.size):
+            ends[count, 0], ends[count, 1] = seen.chain[k], goal
+            turn[count], length[count] = seen.turn[k], seen.length[k]
             for gear in range(2):
                 speed = speeds.backward if gear == BACKWARD else speeds.forward
-                turned = end_turn(shape[k, 0], heading, gear) / speeds.turning
-                drive = shape[k, 2] / speed if speed > 0.0 else math.inf
-                cost[k, gear] = turned + drive + goals[goal, EXTRA]
-    return GoalTangents(
-        ends[:count], shape[:count, 1].copy(), cost[:count], shape[:count, 2].copy()
-    )
+                turned = end_turn(seen.angle[k], heading, gear) / speeds.turning
+                drive = seen.length[k] / speed if speed > 0.0 else math.inf
+                cost[count, gear] = turned + drive + goals[goal, EXTRA]
+            count += 1
+    return GoalTangents(ends[:count], turn[:count], cost[:count], length[:count])
 
 
 @kernel

@@ -101,6 +101,11 @@ def grown_corners(outline: Outline, margin: float) -> Array:
     return _corners(outline.normals, outline.offsets + margin)
 
 
+def grown_radius(outline: Outline, margin: float) -> float:
+    """Distance from the base's origin to the farthest of the `grown_corners` [m]."""
+    return float(np.hypot(*grown_corners(outline, margin).T).max())
+
+
 def _corners(normals: Array, offsets: Array) -> Array:
     """(m, 2) where neighbouring sides n . p = b meet [m]."""
     n, b = normals, offsets

@@ -126,6 +126,56 @@ def _find_tangents(walls: Walls) -> tuple[Indices, Array]:
     return ends[:count], shape[:count]
 
 
+class Tangents(NamedTuple):
+    """Tangents between a place and corners.
+
+    Attributes:
+        chain: (t,) that each one touches.
+        angle: (t,) direction in which it is driven [rad].
+        turn: (t,) of that direction on the chain [rad].
+        length: (t,) [m].
+    """
+
+    chain: Indices
+    angle: Array
+    turn: Array
+    length: Array
+
+
+@kernel
+def tangents_at(walls: Walls, x: float, y: float, toward: bool) -> Tangents:
+    """Tangents between a free place (x, y) [m] and all corners in sight.
+
+    Args:
+        walls: outlines of the free space.
+        x: of the place [m].
+        y: of the place [m].
+        toward: they are driven to the place; else from there to the corners.
+    """
+    corners, links = walls.corners, walls.links
+    ring_start, boxes = walls.ring_start, walls.ring_box
+    most = corners.shape[0]
+    chain = np.empty(most, dtype=np.int64)
+    angle, turn, length = np.empty(most), np.empty(most), np.empty(most)
+    sense = 1.0 if toward else -1.0
+    count = 0
+    for corner in range(most):
+        cx, cy = corners[corner, X], corners[corner, Y]
+        dx, dy = sense * (x - cx), sense * (y - cy)
+        if not may_be_tangent(corners, corner, dx, dy):
+            continue
+        apart = math.sqrt(dx * dx + dy * dy)
+        if apart <= TOUCH:
+            continue
+        side = tangent_side(corners, links, corner, dx / apart, dy / apart)
+        if side == NEITHER or not sees(corners, links, ring_start, boxes, x, y, cx, cy):
+            continue
+        chain[count], angle[count] = 2 * corner + side, math.atan2(dy, dx)
+        turn[count], length[count] = chain_turn(corners, corner, side, angle[count]), apart
+        count += 1
+    return Tangents(chain[:count], angle[:count], turn[:count], length[:count])
+
+
 @kernel
 def _make_states(corners: Array, ends: Indices, shape: Array) -> tuple[Indices, Array]:
     """States of the tangents in both directions, 4 a tangent, partners adjacent.

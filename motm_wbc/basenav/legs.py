@@ -1,7 +1,7 @@
 """The two legs of a placement: from the robot to all candidates, and on to the next target.
 
 What does not depend on the robot is kept from step to step, each with the obstacles of an
-ellipse that is enlarged until the times of all candidates are exact (see `ellipse`).
+ellipse that is enlarged until the times of all candidates are exact (see `kept_vicinity`).
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from motm_wbc.basenav.approach import Approach, approach_times, prepare_approach
-from motm_wbc.basenav.ellipse import SLACK, Ellipse
 from motm_wbc.basenav.field_solver import GoalRoutes, free_goals, solve_field
 from motm_wbc.basenav.goal_field import EXTRA, GoalField, enter
+from motm_wbc.basenav.kept_vicinity import SLACK, KeptVicinity
 from motm_wbc.basenav.onward import onward_times
 from motm_wbc.basenav.outlines import EVERYWHERE
 from motm_wbc.basenav.pathrtr import Speeds
@@ -39,26 +39,28 @@ class FirstLeg:
             inflation: radius of the disc that is planned for [m].
         """
         self._ring, self._speeds = ring, speeds
-        self._ellipse = Ellipse(inflation)
+        self._near = KeptVicinity(inflation)
+        self._needed = 0.0  # length of the ellipse that the last times took [m]
         self._blank = True
 
     def times(self, world: World, pose: Array) -> tuple[Array, float]:
         """(m,) time from a pose (3,) to each candidate [s]; how far it was pushed out [m]."""
-        ring, ellipse, place = self._ring, self._ellipse, pose[:2]
-        if not ellipse.is_of(world):
+        ring, near, place = self._ring, self._near, pose[:2]
+        if not near.is_of(world):
             apart = math.hypot(*(place - ring.centre))
-            self._look(world, place, max(ellipse.length, apart + _ABOUT * ring.radius + SLACK))
+            wanted = max(self._needed, apart + _ABOUT * ring.radius) + SLACK
+            self._look(world, place, near.length_for(wanted))
         for tried in itertools.count(1):
             times, longest, push = self._solve(pose)
-            needed = longest + ring.radius
-            if ellipse.serves(place, needed):
+            self._needed = longest + ring.radius
+            if near.serves(place, self._needed):
                 break
-            self._look(world, place, ellipse.enlarged(needed, tried))
+            self._look(world, place, near.enlarged(self._needed, tried))
         return times, push
 
     def _look(self, world: World, place: Array, length: float) -> None:
-        if self._ellipse.look(world, place, self._ring.centre, length) or self._blank:
-            inflated, ring = self._ellipse.inflated, self._ring
+        if self._near.look(world, place, self._ring.centre, length) or self._blank:
+            inflated, ring = self._near.inflated, self._ring
             self._approach = prepare_approach(
                 inflated.walls, inflated.graph, ring.poses, ring.rejections, ring.each, self._speeds
             )
@@ -91,7 +93,7 @@ class FirstLeg:
             The longest way; distance to the nearest point that leads to a candidate [m].
         """
         (x, y, heading), approach, speeds = pose.tolist(), self._approach, self._speeds
-        inflated, ring, place = self._ellipse.inflated, self._ring, np.empty(2)
+        inflated, ring, place = self._near.inflated, self._ring, np.empty(2)
         missing = (ring.rejections == FREE) & np.isinf(times)
         while missing.any():
             goals = free_goals(inflated.walls, ring.poses[missing], speeds.forward)
@@ -110,10 +112,15 @@ class FirstLeg:
 
 
 class SecondLeg:
-    """Times from the candidates of a ring to the best of the next target's poses."""
+    """Times from the candidates of a ring to the best of the next target's poses.
+
+    Attributes:
+        field: of these poses, in the ellipse.
+        routes: of the same solution.
+    """
 
     field: GoalField
-    _routes: GoalRoutes
+    routes: GoalRoutes
 
     def __init__(
         self,
@@ -136,16 +143,16 @@ class SecondLeg:
         """
         self._ring, self._target, self._poses, self._radius = ring, target, poses, radius
         self._speeds = speeds
-        self._ellipse = Ellipse(inflation)
+        self._near = KeptVicinity(inflation)
         self._times, self._longest = np.empty(0), 0.0
+        self._needed = 0.0  # length of the ellipse that all that was asked for took [m]
 
     def times(self, world: World) -> Array:
         """(m,) time from each candidate [s]."""
-        if not self._ellipse.is_of(world):
-            ring = self._ring
-            apart = math.hypot(*(self._target - ring.centre))
-            length = apart + 0.5 * _ABOUT * (ring.radius + self._radius) + SLACK
-            self.solve(world, max(self._ellipse.length, length))
+        if not self._near.is_of(world):
+            around = 0.5 * _ABOUT * (self._ring.radius + self._radius)
+            wanted = max(self._needed, self._apart + around) + SLACK
+            self._solve(world, self._near.length_for(wanted))
         return self._times
 
     def leads_to(self, poses: Array) -> bool:
@@ -157,37 +164,46 @@ class SecondLeg:
         """Distance from the next target's nearest pose to the nearest free point [m]."""
         return float(self.field.goals[:, EXTRA].min()) * self._speeds.forward
 
-    def solve(self, world: World, length: float) -> None:
-        """Work the times out in an ellipse of at least this length [m]."""
-        ring, ellipse = self._ring, self._ellipse
-        for tried in itertools.count(1):
-            if ellipse.look(world, ring.centre, self._target, length) or len(self._times) == 0:
-                inflated = ellipse.inflated
-                goals = free_goals(inflated.walls, self._poses, self._speeds.forward)
-                self.field, self._routes = solve_field(
-                    inflated.walls, inflated.graph, goals, self._speeds, EVERYWHERE
-                )
-                self._times, self._longest = onward_times(
-                    self.field, self._routes, ring.poses, ring.rejections
-                )
-            needed = self._longest + ring.radius + self._radius
-            if needed <= ellipse.length:
-                return
-            length = ellipse.enlarged(needed, tried)
-
-    def cover(self, world: World, apart: Array, times: Array) -> bool:
-        """Whether the field has the exact times of some poses; else it is solved for them.
+    def cover(self, world: World, way: float, tried: int) -> bool:
+        """Whether the field is exact for ways of a length; else it is solved for them.
 
         Args:
             world: as before.
-            apart: (k,) distances of the poses from the object [m].
-            times: (k,) what the field said [s].
+            way: from the object to a pose and on from there [m].
+            tried: how often that has been asked before, and once.
         """
-        reached = np.isfinite(times)
-        fastest = max(self._speeds.forward, self._speeds.backward)
-        way = (apart[reached] + fastest * times[reached]).max(initial=0.0)
-        needed = float(way) + self._radius
-        if needed <= self._ellipse.length:
-            return True
-        self.solve(world, needed + SLACK)
-        return False
+        needed = way + self._radius
+        serves = self._near.serves(self._ring.centre, needed)
+        if not serves:
+            self._solve(world, self._near.enlarged(needed, tried))
+        self._needed = max(self._needed, needed)
+        return serves
+
+    @property
+    def _apart(self) -> float:
+        """Distance of the target from the object [m]."""
+        return math.hypot(*(self._target - self._ring.centre))
+
+    def _solve(self, world: World, length: float) -> None:
+        """Work the times out in an ellipse of at least this length [m]."""
+        ring, near = self._ring, self._near
+        for tried in itertools.count(1):
+            if near.look(world, ring.centre, self._target, length) or len(self._times) == 0:
+                walls, graph = near.inflated.walls, near.inflated.graph
+                goals = free_goals(walls, self._poses, self._speeds.forward)
+                self.field, self.routes = solve_field(walls, graph, goals, self._speeds, EVERYWHERE)
+                self._times, self._longest = onward_times(
+                    self.field, self.routes, ring.poses, ring.rejections
+                )
+            self._needed = max(
+                self._longest + ring.radius + self._radius,
+                self._apart + 2.0 * (self._radius + self._farthest_push),
+            )
+            if near.serves(ring.centre, self._needed):
+                return
+            length = near.enlarged(self._needed, tried)
+
+    @property
+    def _farthest_push(self) -> float:
+        """As `push`, of the pose that is pushed farthest: each one's free point is the world's."""
+        return float(self.field.goals[:, EXTRA].max()) * self._speeds.forward

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import Field
+import numpy as np
+from pydantic import Field, field_validator
 
 from motm_wbc.scene.files import Data
 
 Seconds = Annotated[float, Field(ge=0.0, le=60.0)]
 Heading = Annotated[float, Field(ge=-math.tau, le=math.tau)]
+
+
+_LEAST_GAP = 1e-3  # [rad]
+
+
+def smallest_gap(headings: Sequence[float]) -> float:
+    """Least angle between two neighbours of some headings on the circle [rad]."""
+    turns = np.sort(np.remainder(headings, math.tau))
+    return float(np.diff(np.append(turns, turns[0] + math.tau)).min())
 
 
 class PlacementParameters(Data):
@@ -47,6 +58,13 @@ class PlacementParameters(Data):
     next_ring: bool = True
     """The way on leads to the best free pose of the next target's own ring; else to the
     target itself, its support ignored."""
+
+    @field_validator("headings")
+    @classmethod
+    def _differ(cls, headings: tuple[float, ...]) -> tuple[float, ...]:
+        if smallest_gap(headings) < _LEAST_GAP:
+            raise ValueError("two of them are the same")
+        return headings
 
     @classmethod
     def paper(cls) -> PlacementParameters:

@@ -24,7 +24,7 @@ from shapely.geometry import Polygon
 from motm_wbc.basenav import checks
 from motm_wbc.basenav.choice import choose, rules_of
 from motm_wbc.basenav.edge_patches import EdgePatches
-from motm_wbc.basenav.footprint_check import EdgeMap, outline_of
+from motm_wbc.basenav.footprint_check import EdgeMap, grown_radius, outline_of
 from motm_wbc.basenav.legs import FirstLeg, SecondLeg
 from motm_wbc.basenav.parameters import PlacementParameters
 from motm_wbc.basenav.pathrtr import Speeds
@@ -86,8 +86,7 @@ class BasePlacement:
         self._speeds = Speeds(limits.v_max, limits.v_reverse, limits.omega_max)
         margin = self.parameters.footprint_margin
         self._base = Base(outline_of(checks.footprint(footprint)), margin, limits.alpha_max)
-        # a right angle's corner grows by 1.42 times the margin
-        self._edges_near = EdgePatches(world, self._base.outline.radius + 2.0 * margin)
+        self._edges_near = EdgePatches(world, grown_radius(self._base.outline, margin))
         self._support_of = support_of or self._obstacles_at
         self._world, self._version = world, 0
         self._planner: GlobalPlanner | None = None
@@ -169,9 +168,9 @@ class BasePlacement:
         elif choice.selected >= 0:
             goal = task.ring.poses[choice.selected].copy()
         return PlacementResult(
-            candidates=task.ring.poses,
+            candidates=_shown(task.ring.poses),
             leg1=choice.leg1,
-            leg2=leg2,
+            leg2=_shown(leg2),
             costs=choice.costs,
             rejections=choice.rejections,
             selected=-1 if stops else choice.selected,
@@ -267,11 +266,12 @@ class BasePlacement:
         return self._world.with_solids(kept)
 
     def _obstacles_at(self, target_xy: Array) -> list[int]:
-        """Obstacles that a place lies in or on the edge of."""
-        x, y = float(target_xy[0]), float(target_xy[1])
-        obstacles = self._world.obstacles
+        """Obstacles that a place lies in or on the edge of; in a hole, it does not."""
+        x, y = target_xy.tolist()
         return [
-            index for index, points in enumerate(obstacles) if intersects_xy(Polygon(points), x, y)
+            index
+            for index, solid in enumerate(self._world.solids)
+            if intersects_xy(Polygon(solid.outline, solid.holes), x, y)
         ]
 
 
@@ -282,13 +282,23 @@ def _region_key(region: ReachRegion | None) -> Key:
 
 
 def _checked(values: Array, size: int, where: str) -> Array:
-    """The first `size` numbers as the kernels take them, if they are finite."""
-    numbers = np.ascontiguousarray(values, dtype=float)
+    """A copy of the first `size` numbers, if they are finite.
+
+    The kernels would be compiled anew for an array that can't be written to.
+    """
+    numbers = np.array(values, dtype=float, order="C")
     if numbers.ndim != 1 or len(numbers) < size:
         raise InputError(f"must be {size} numbers", where)
     if not all(map(math.isfinite, numbers[:size].tolist())):
         raise InputError("must be finite numbers", where)
     return numbers if len(numbers) == size else numbers[:size]
+
+
+def _shown(values: Array) -> Array:
+    """What is kept for the next step, as a result shows it: not to be written to."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
 
 
 def _keep(store: OrderedDict[Key, Kept], key: Key, value: Kept) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -102,9 +103,17 @@ class PlacementTask:
         if second is None:
             return np.full(len(poses), math.inf)
         apart = np.hypot(*(poses[:, :2] - self.ring.centre).T)
-        while True:
-            times: Array = departure_times(
-                second.field, edges, base.outline, poses, rejections, base.margin, base.alpha_max
+        for tried in itertools.count(1):
+            times, ways = departure_times(
+                second.field,
+                second.routes,
+                edges,
+                base.outline,
+                poses,
+                rejections,
+                base.margin,
+                base.alpha_max,
             )
-            if second.cover(self.onward_world, apart, times):
-                return times
+            if second.cover(self.onward_world, float((apart + ways).max()), tried):
+                break
+        return np.asarray(times)

@@ -25,7 +25,7 @@ from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.teb_plan import TebPlan, band_states, braking_states, pose_at_rest
 from motm_wbc.basenav.teb_residuals import ways
 from motm_wbc.basenav.teb_safety import Safety, State
-from motm_wbc.basenav.teb_world import is_same, planner_of_still, scene_of
+from motm_wbc.basenav.teb_world import planner_of_still, scene_of, still_world
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
@@ -41,7 +41,7 @@ class TimedElasticBand:
         world: the obstacles.
         limits: speed and acceleration limits of the base.
         parameters: see `TebParameters`.
-        planner: the global planner whose path the band begins as.
+        planner: its own global planner, of what stands still, whose path the band begins as.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class TimedElasticBand:
             footprint: (n, 2) convex outline in the base frame [m], any winding.
             limits: speeds and accelerations, > 0 but for `v_reverse` >= 0.
             parameters: of the planner.
-            planner: global planner of the same world.
+            planner: global planner of the same world; its speeds and inflation are taken over.
 
         Raises:
             InputError: the footprint or a limit can't be used.
@@ -72,8 +72,7 @@ class TimedElasticBand:
         self._drive = drive_of(limits, p.interval, p.command_period, p.ramp_steps)
         self._bands = BandKeeper(limits, p, self._footprint, self._outline)
         self._compile(planner)
-        moves = any(solid.moves for solid in world.solids)
-        self.planner = planner_of_still(planner, world) if moves else planner
+        self.planner = planner_of_still(planner, world)
         self._scene = scene_of(world, self._outline, p.margin)
 
     def _compile(self, planner: GlobalPlanner) -> None:
@@ -88,8 +87,8 @@ class TimedElasticBand:
     def update(self, world: World) -> None:
         """Take another world, seen from now on; what still stands there is not done again."""
         scene = scene_of(world, self._outline, self.parameters.margin, self._scene)
-        if not is_same(scene.still, scene.boundary, self._scene):
-            self.planner = planner_of_still(self.planner, world)
+        if scene.edges is not self._scene.edges:
+            self.planner.update(still_world(world))
         self.world, self._scene = world, scene
 
     def plan(self, pose: Array, v: float, omega: float, goal: Goal) -> TebPlan:

@@ -17,6 +17,7 @@ from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
 
 _FLAT = 1e-12  # [m^2] cross product below which three points count as on one line
+_TOUCHING = 1e-12  # [m] distance without a direction
 _RIM = 2.0  # [m] width of the blocked rim that stands for all that lies beyond a boundary
 
 
@@ -188,7 +189,7 @@ def separation(
         if other > out:
             out, nx, ny = other, -base[j, 2], -base[j, 3]
             wx, wy = sides[corner, 0] + dx, sides[corner, 1] + dy
-    if out <= 0.0 or out >= beyond:
+    if out <= _TOUCHING or out >= beyond:
         return out, nx, ny, wx, wy
     return _corner_distance(base, sides, first, end, dx, dy)
 

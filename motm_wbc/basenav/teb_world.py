@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motm_wbc.basenav.footprint_check import EdgeMap, Outline, edge_map, grown_corners
+from motm_wbc.basenav.footprint_check import EdgeMap, Outline, edge_map, grown_radius
 from motm_wbc.basenav.obstacle import Solid
 from motm_wbc.basenav.planner import GlobalPlanner
 from motm_wbc.basenav.teb_obstacles import Parts, pack_parts
@@ -46,35 +46,52 @@ def scene_of(world: World, outline: Outline, margin: float, last: Scene | None =
     """
     still = tuple(solid for solid in world.solids if not solid.moves)
     moving = pack_parts([solid for solid in world.solids if solid.moves], None)
-    if last is not None and is_same(still, world.boundary, last):
+    if last is not None and _is_same(still, world.boundary, last):
         return Scene(
             last.still, last.boundary, last.edges, last.standing, moving,
             _both(last.standing, moving),
         )  # fmt: skip
-    corners = grown_corners(outline, margin)
-    reach = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-    edges = edge_map(world.still().rings, world.bounded, reach)
+    edges = edge_map(still_world(world).rings, world.bounded, grown_radius(outline, margin))
     standing = pack_parts(still, world.boundary)
     return Scene(still, world.boundary, edges, standing, moving, _both(standing, moving))
 
 
-def is_same(still: tuple[Solid, ...], boundary: Array | None, last: Scene) -> bool:
-    """Whether these are the solids of a scene that stand still, and its boundary."""
-    if boundary is not last.boundary or len(still) != len(last.still):
-        return False
-    return all(new is old for new, old in zip(still, last.still, strict=True))
+def still_world(world: World) -> World:
+    """The world without what moves."""
+    return world.still() if world.velocities.any() else world
 
 
 def planner_of_still(planner: GlobalPlanner, world: World) -> GlobalPlanner:
-    """The same global planner in a world without what moves.
+    """A global planner like the given one, in a world without what moves.
 
     What moves is avoided by the band, in time; where it is now says little of where it will
     be when the base comes there.
     """
     speeds = planner.speeds
     return GlobalPlanner(
-        world.still(), speeds.forward, speeds.turning, planner.inflated.radius, speeds.backward
+        still_world(world),
+        speeds.forward,
+        speeds.turning,
+        planner.inflated.radius,
+        speeds.backward,
     )
+
+
+def _is_same(still: tuple[Solid, ...], boundary: Array | None, last: Scene) -> bool:
+    """Whether these are the solids of a scene that stand still, and its boundary."""
+    if boundary is None or last.boundary is None:
+        if boundary is not last.boundary:
+            return False
+    elif not np.array_equal(boundary, last.boundary):
+        return False
+    return len(still) == len(last.still) and all(map(_is_where_it_was, still, last.still))
+
+
+def _is_where_it_was(new: Solid, old: Solid) -> bool:
+    """Whether a solid has not changed: a world that moves makes all of them anew."""
+    if new.form is old.form:
+        return np.array_equal(new.pose, old.pose)
+    return len(new.rings) == len(old.rings) and all(map(np.array_equal, new.rings, old.rings))
 
 
 def _both(first: Parts, second: Parts) -> Parts:

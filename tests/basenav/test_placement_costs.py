@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motm_wbc.basenav import ellipse
 from motm_wbc.basenav.goal_field import cost_to_go
+from motm_wbc.basenav.kept_vicinity import KeptVicinity
+from motm_wbc.basenav.legs import SecondLeg
 from motm_wbc.basenav.obstacle import Obstacle
+from motm_wbc.basenav.outlines import ellipse_of
 from motm_wbc.basenav.parameters import PlacementParameters
 from motm_wbc.basenav.placement import BasePlacement
 from motm_wbc.basenav.planner import GlobalPlanner
@@ -124,7 +126,9 @@ class Narrow(World):
 
     def near(self, radius, first, second, length):
         kept = [solid for solid in self.solids if reaches(solid, radius, first, second, length)]
-        return World.with_solids(self, kept).inflated(radius)
+        found = World.with_solids(self, kept).inflated(radius)
+        found.ellipse = ellipse_of(first, second, length)
+        return found
 
 
 def reaches(solid, radius, first, second, length):
@@ -152,10 +156,49 @@ def test_the_ellipse_gives_the_whole_worlds_costs():
 
 
 def test_an_ellipse_that_is_too_short_is_found_out(monkeypatch):
-    monkeypatch.setattr(ellipse.Ellipse, "serves", lambda *_: True)
+    monkeypatch.setattr(KeptVicinity, "serves", lambda *_: True)
     pairs = zip(drive(Narrow), drive(World), strict=True)
     worst = max(float(np.nanmax(np.abs(near.leg1 - whole.leg1))) for near, whole in pairs)
     assert worst > 0.1  # the wall seemed to end where the ellipse does
+
+
+def at(width, height, x, y):
+    return rectangle(width, height) + np.array([x, y])
+
+
+def stop_cost(world_type):
+    """Of a long base in a lane that it backs out of, with blocks far behind it."""
+    lane = [at(3.4, 0.1, -2.3, -0.35), at(3.4, 0.1, -2.3, 0.35), at(0.1, 0.8, -0.5, 0.0)]
+    blocks = [at(0.45, 0.1, x, 1.3) for x in (-4.5, -4.0, -3.5, -3.0)]
+    coarse = PlacementParameters(count=9, inflation=0.2)
+    placement = BasePlacement(world_type([*lane, *blocks]), rectangle(2.0, 0.3), LIMITS, coarse)
+    pose = np.array([-1.6, 0.0, 0.0])
+    return placement.evaluate(pose, np.zeros(2), np.array([-2.0, 4.0]), stop_pose=pose).stop_cost
+
+
+def test_leaving_a_stop_is_priced_by_the_whole_world():
+    assert stop_cost(Narrow) == pytest.approx(stop_cost(World), abs=1e-9)
+
+
+def test_an_ellipse_that_is_too_short_for_leaving_is_found_out(monkeypatch):
+    monkeypatch.setattr(SecondLeg, "cover", lambda *_: True)
+    assert stop_cost(Narrow) < stop_cost(World) - 0.5
+
+
+def test_a_part_of_the_world_that_has_become_too_large_is_given_up():
+    kept = KeptVicinity(0.3)
+    assert kept.length_for(5.0) == 5.0
+    posts = [disc(0.1, 8) + np.array([x, y]) for x in range(-9, 10, 2) for y in range(-9, 10, 2)]
+    world, first, second = World(posts), np.zeros(2), np.array([2.0, 0.0])
+    kept.look(world, first, second, 6.0)
+    assert kept.length_for(5.0) == 6.0
+    assert kept.length_for(6.5) == 6.5
+    assert kept.length_for(3.0) == 3.0
+    assert kept.serves(first, 6.0)
+    assert not kept.serves(first, 6.1)
+    kept.look(world, first, second, math.inf)
+    assert kept.serves(first, 1e6)
+    assert kept.length_for(5.0) == 5.0
 
 
 # --- moved worlds ---
@@ -191,11 +234,11 @@ def test_what_did_not_change_is_kept():
     before = evaluate(placement, pose, after)
     placement.update(World(obstacles))
     same = evaluate(placement, pose, after)
-    assert same.candidates is before.candidates
-    assert same.leg2 is before.leg2
+    assert np.shares_memory(same.candidates, before.candidates)
+    assert np.shares_memory(same.leg2, before.leg2)
     placement.update(World([obstacles[0], obstacles[1] + 0.3, obstacles[2]]))
     other = evaluate(placement, pose, after)
-    assert other.leg2 is not before.leg2
+    assert not np.shares_memory(other.leg2, before.leg2)
 
 
 def test_a_result_keeps_the_path_of_its_world():

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from motm_wbc.basenav.choice import rules_of
+from motm_wbc.basenav.choice import choose, rules_of
+from motm_wbc.basenav.footprint_check import edge_map, outline_of, pose_is_clear
+from motm_wbc.basenav.obstacle import Obstacle
 from motm_wbc.basenav.parameters import PlacementParameters
 from motm_wbc.basenav.placement import REASONS, BasePlacement
 from motm_wbc.basenav.world import World
@@ -116,9 +118,73 @@ def test_other_shapes_are_refused_and_lists_are_taken():
     assert listed.selected == plain.selected
 
 
+def test_what_the_caller_gave_stays_the_callers():
+    ready = placement()
+    pose, stop = np.array([-0.9, 0.0, 1.57]), np.array([-0.8, 0.0, 1.57])
+    result = ready.evaluate(pose, OBJECT, None, stop_pose=stop)
+    assert result.stop_here
+    stop[:] = pose[:] = 7.0
+    assert result.goal == pytest.approx([-0.8, 0.0, 1.57])
+    assert result.path.points[0] == pytest.approx([-0.9, 0.0])
+
+
+def test_what_is_kept_can_not_be_written_to_by_way_of_a_result():
+    result = placement().evaluate(START, OBJECT, AFTER)
+    for values in (result.candidates, result.leg2):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0.0
+    result.goal[:] = 0.0  # a copy
+
+
+def test_arrays_that_can_not_be_written_to_do_not_compile_anew():
+    ready = placement()
+    previous = ready.evaluate(START, OBJECT, AFTER).goal
+    previous.flags.writeable = False
+    known = len(choose.signatures)
+    ready.evaluate(START, OBJECT, AFTER, previous=previous)
+    assert len(choose.signatures) == known
+
+
+@pytest.mark.parametrize("margin", [0.02, 0.1])
+def test_a_pointed_footprint_is_checked_with_its_whole_margin(margin):
+    nose = np.array([[0.9, 0.0], [-0.3, 0.12], [-0.3, -0.12]])
+    outline = outline_of(nose)
+    for x in np.arange(0.0, 1.2, 0.1):  # ahead of the nose of a candidate
+        block = rectangle(0.05, 0.05) + np.array([0.6, 0.95 + x])
+        world = World([block])
+        found = BasePlacement(
+            world, nose, LIMITS, PlacementParameters(footprint_margin=margin)
+        ).evaluate(START, OBJECT, None)
+        everything = edge_map(world.rings, False, 5.0)
+        clear = [pose_is_clear(everything, outline, pose, margin) for pose in found.candidates]
+        assert [reason != "collision" for reason in found.reasons] == clear
+
+
+def test_a_wall_that_goes_round_everything_is_not_what_a_target_stands_on():
+    tray = rectangle(0.4, 0.4) + AFTER
+    room = Obstacle(rectangle(10.0, 10.0), holes=(rectangle(9.0, 9.0),))
+    literal = {"next_ring": False, "radius": 0.8}
+    within = placement([TABLE, tray, room], **literal).evaluate(START, OBJECT, AFTER)
+    split = [rectangle(10.0, 0.5) + np.array([0.0, y]) for y in (-4.75, 4.75)]
+    split += [rectangle(0.5, 10.0) + np.array([x, 0.0]) for x in (-4.75, 4.75)]
+    apart = placement([TABLE, tray, *split], **literal).evaluate(START, OBJECT, AFTER)
+    assert within.costs == pytest.approx(apart.costs, abs=1e-9)
+    outside = placement([TABLE, tray, room], **literal).evaluate(
+        START, OBJECT, np.array([7.0, 0.0])
+    )
+    assert not outside.next_reachable  # the wall is in the way, and stays there
+
+
 @pytest.mark.parametrize(
     "wrong",
-    [{"count": 3}, {"radius": 0.0}, {"headings": ()}, {"headings": (9.0,)}, {"weight": 0.9}],
+    [
+        {"count": 3},
+        {"radius": 0.0},
+        {"headings": ()},
+        {"headings": (9.0,)},
+        {"headings": (0.0, math.tau)},
+        {"weight": 0.9},
+    ],
 )
 def test_parameters_out_of_range_are_refused(wrong):
     with pytest.raises(ValidationError):

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from shapely.geometry import Polygon
 
 from motm_wbc.basenav.footprint_check import outline_of
+from motm_wbc.basenav.obstacle import Disc, Obstacle, ObstacleLike
 from motm_wbc.basenav.teb_band import (
     LEAST_INTERVALS,
     Band,
@@ -34,6 +35,7 @@ from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.teb_residuals import BLOCK, normal_equations, ways
 from motm_wbc.basenav.teb_solver import optimised
 from motm_wbc.basenav.teb_terms import Ends, Neighbours, terms_of
+from motm_wbc.basenav.teb_world import scene_of
 from motm_wbc.basenav.world import World
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.angles import wrap
@@ -315,3 +317,53 @@ def test_an_optimised_band_goes_round_an_obstacle_at_the_distance_asked_for() ->
 def test_parameters_out_of_range_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValidationError):
         TebParameters.model_validate(wrong)
+
+
+# --- what is kept of a world ---
+
+
+def a_world(shift: float = 0.0) -> World:
+    room = polygons.rectangle(10.0, 8.0)
+    things: list[ObstacleLike] = [
+        polygons.rectangle(0.4, 0.4) + np.array([2.0 + shift, 0.0]),
+        Obstacle(room + 30.0),
+    ]
+    return World([*things, Disc((0.0, 3.0), 0.3, (0.1, 0.0))], room)
+
+
+def test_what_stands_still_is_prepared_once_though_other_things_move() -> None:
+    outline = outline_of(BOX)
+    world = a_world()
+    scene = scene_of(world, outline, 0.02)
+    for other in (world.after(0.05), world.after(0.05).after(0.05), a_world()):
+        later = scene_of(other, outline, 0.02, scene)
+        assert later.edges is scene.edges
+        assert later.standing is scene.standing
+    assert scene_of(world.after(1.0), outline, 0.02, scene).parts.boxes[-1] == pytest.approx(
+        scene.parts.boxes[-1] + [0.1, 0.0, 0.1, 0.0]
+    )
+
+
+def test_what_has_changed_is_prepared_anew() -> None:
+    outline = outline_of(BOX)
+    world = a_world()
+    scene = scene_of(world, outline, 0.02)
+    ways = np.zeros((3, 3))
+    ways[0, 2] = 0.01
+    stopped = World([*world.obstacles[:2], Disc((0.0, 3.0), 0.3)], world.boundary)
+    open_floor = World([*world.obstacles[:2], Disc((0.0, 3.0), 0.3, (0.1, 0.0))])
+    for other in (world.transformed(ways), a_world(1e-3), stopped, open_floor):
+        assert scene_of(other, outline, 0.02, scene).edges is not scene.edges
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.1, 2.7])
+def test_what_just_touches_still_has_a_direction(angle: float) -> None:
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    square = polygons.rectangle(0.5, 0.5)
+    for gap in (-1e-17, 0.0, 1e-17, 1e-16, 1e-15, 1e-13):
+        parts = pack_parts(World([(square + np.array([0.59 + gap, 0.0])) @ turn.T]).solids, None)
+        base = footprint_sides(BOX)
+        place_footprint(footprint_sides(BOX), 0.0, 0.0, angle, base)
+        away, nx, ny, _, _ = separation(base, parts, 0, 0.0, 0.0, 1.0)
+        assert away == pytest.approx(0.0, abs=1e-12)
+        assert (nx, ny) == pytest.approx((-math.cos(angle), -math.sin(angle)), abs=1e-6)

@@ -1,4 +1,4 @@
-"""The free space that paths of a limited length between two places can meet.
+"""The free space that paths of a limited length between two places can meet, kept.
 
 Every point x of a path of length l from p to a place within r of q has
 
@@ -25,14 +25,14 @@ SLACK = 0.5
 ENLARGEMENTS = 6
 """Ellipses tried before the whole world is looked at."""
 _GROWTH = 1.3
+_FAR_TOO_LONG = 1.5  # times what is wanted: a part of the world that is not worth its time
 
 
-class Ellipse:
+class KeptVicinity:
     """The free space in an ellipse about two places, kept while it serves.
 
     Attributes:
         inflated: the free space.
-        length: sum of the distances to both places, on its rim [m].
     """
 
     inflated: Inflated
@@ -42,7 +42,7 @@ class Ellipse:
         self._radius = radius
         self._world: World | None = None
         self._first = np.zeros(2)
-        self.length = 0.0
+        self._asked = self._length = 0.0
 
     def is_of(self, world: World) -> bool:
         """Whether this world has been looked at last."""
@@ -55,7 +55,8 @@ class Ellipse:
             world: obstacles.
             first: (2,) a place [m].
             second: (2,) the other one [m].
-            length: as the attribute; infinite: the whole world.
+            length: sum of the distances to both places, on the ellipse's rim [m]; infinite:
+                the whole world.
 
         Returns:
             Whether the free space is another one than before.
@@ -67,18 +68,23 @@ class Ellipse:
         changed = self._world is None or not _same(found.walls, self.inflated.walls)
         if changed:
             self.inflated = found
-        self._world, self._first, self.length = world, first.copy(), length
+        self._world, self._first, self._asked = world, first.copy(), length
+        self._length = length if found.ellipse is not None else math.inf
         return changed
 
     def serves(self, first: Array, needed: float) -> bool:
         """Whether an ellipse of length `needed` [m] about another first place lies inside."""
-        return needed + math.hypot(*(first - self._first)) <= self.length
+        return needed + math.hypot(*(first - self._first)) <= self._length
+
+    def length_for(self, wanted: float) -> float:
+        """The length to ask a new world for [m]: the last one, if it still suits."""
+        return self._asked if wanted <= self._asked <= _FAR_TOO_LONG * wanted else wanted
 
     def enlarged(self, needed: float, tried: int) -> float:
         """The length to be tried after one did not serve [m]; infinite: no more of them."""
         if tried >= ENLARGEMENTS:
             return math.inf
-        return max(needed + SLACK, _GROWTH * self.length if tried > 1 else 0.0)
+        return max(needed + SLACK, _GROWTH * self._asked if tried > 1 else 0.0)
 
 
 def _same(first: Walls, second: Walls) -> bool:
