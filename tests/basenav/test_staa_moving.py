@@ -175,7 +175,7 @@ def test_a_blocked_stand_is_caught(planner: StaaStar) -> None:
 
 def ways_from(planner: StaaStar, pose: Array, v: float) -> WaysOut:
     """Ways out of a planner's world."""
-    root, _ = planner._root(pose, v, 0.0, NOWHERE, NO_ACTIONS, NO_ACTIONS, planner.parameters)
+    root, _ = planner._root(pose, v, 0.0, NOWHERE, NO_ACTIONS, NO_ACTIONS)
     assert root.ways is not None
     return root.ways
 
@@ -201,9 +201,7 @@ def test_ways_out_last_as_long_as_they_say(planner: StaaStar, seed: int) -> None
 
 def lasts_of(planner: StaaStar, actions: Array) -> float:
     """How long a planner thinks that actions last from the origin."""
-    root, _ = planner._root(
-        np.zeros(3), 0.4, 0.5, NOWHERE, NO_ACTIONS, NO_ACTIONS, planner.parameters
-    )
+    root, _ = planner._root(np.zeros(3), 0.4, 0.5, NOWHERE, NO_ACTIONS, NO_ACTIONS)
     return planner._time_of(root, actions)
 
 
