@@ -138,6 +138,10 @@ class Navigator:
             return self._refuse(math.nan, math.nan, message)
         self._time = time
         self._state = np.array([*pose, v, omega])
+        if not isinstance(goal, Goal):
+            return self._refuse(v, omega, f"a Goal is needed, got {type(goal).__name__}")
+        if not isinstance(world, World | None):
+            return self._refuse(v, omega, f"a World is needed, got {type(world).__name__}")
         if world is not None:
             self._planner.update(world)
         if np.shape(goal.pose) != (3,) or not np.isfinite(goal.pose).all():

@@ -72,7 +72,9 @@ def test_a_goal_that_is_no_use_makes_it_brake(navigator, pose):
 
 def test_a_world_that_is_no_use_makes_it_brake(navigator):
     step = navigator.step(0.0, np.zeros(3), 0.4, 0.0, GOAL, world="garden")
-    assert step.status is NavStatus.REFUSED
+    assert step.status is NavStatus.REFUSED and step.message == "a World is needed, got str"
+    step = navigator.step(0.02, np.zeros(3), 0.4, 0.0, None)
+    assert step.status is NavStatus.REFUSED and step.message == "a Goal is needed, got NoneType"
     assert step.acceleration[0] < 0.0
     assert navigator.step(0.05, np.zeros(3), 0.4, 0.0, GOAL).status is NavStatus.DRIVING
 
