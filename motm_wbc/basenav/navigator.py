@@ -138,10 +138,9 @@ class Navigator:
             return self._refuse(math.nan, math.nan, message)
         self._time = time
         self._state = np.array([*pose, v, omega])
-        if not isinstance(goal, Goal):
-            return self._refuse(v, omega, f"a Goal is needed, got {type(goal).__name__}")
-        if not isinstance(world, World | None):
-            return self._refuse(v, omega, f"a World is needed, got {type(world).__name__}")
+        wrong = _other_than(Goal, goal) or (_other_than(World, world) if world is not None else "")
+        if wrong:
+            return self._refuse(v, omega, wrong)
         if world is not None:
             self._planner.update(world)
         if np.shape(goal.pose) != (3,) or not np.isfinite(goal.pose).all():
@@ -189,6 +188,13 @@ class Navigator:
         mean = 0.5 * (np.array([v, omega]) + after)
         there = se2.integrate_twist(np.array(pose), mean[0], 0.0, mean[1], self._period)
         self._state = np.array([*there, *after])
+
+
+def _other_than(kind: type, given: object) -> str:
+    """What to say of an argument of another kind; empty if it is of this one."""
+    if isinstance(given, kind):
+        return ""
+    return f"a {kind.__name__} is needed, got {type(given).__name__}"
 
 
 def at_goal(
