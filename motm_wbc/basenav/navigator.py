@@ -15,7 +15,7 @@ from motm_wbc.basenav.staa_parameters import StaaParameters
 from motm_wbc.basenav.staa_progress import ProgressMonitor
 from motm_wbc.basenav.teb_parameters import TebParameters
 from motm_wbc.basenav.world import World
-from motm_wbc.geometry import polygons, se2
+from motm_wbc.geometry import se2
 from motm_wbc.geometry.angles import wrap
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.base_motion import BaseLimits
@@ -138,6 +138,9 @@ class Navigator:
             return self._refuse(math.nan, math.nan, message)
         self._time = time
         self._state = np.array([*pose, v, omega])
+        wrong = _other_than(Goal, goal) or (_other_than(World, world) if world is not None else "")
+        if wrong:
+            return self._refuse(v, omega, wrong)
         if world is not None:
             self._planner.update(world)
         if np.shape(goal.pose) != (3,) or not np.isfinite(goal.pose).all():
@@ -187,6 +190,13 @@ class Navigator:
         self._state = np.array([*there, *after])
 
 
+def _other_than(kind: type, given: object) -> str:
+    """What to say of an argument of another kind; empty if it is of this one."""
+    if isinstance(given, kind):
+        return ""
+    return f"a {kind.__name__} is needed, got {type(given).__name__}"
+
+
 def at_goal(
     pose: Array, v: float, omega: float, goal: Goal, tolerance: tuple[float, float]
 ) -> bool:
@@ -198,28 +208,40 @@ def at_goal(
     return not goal.stop or max(abs(v), abs(omega)) <= _AT_REST
 
 
-def inner_radius(footprint: Array) -> float:
-    """Radius of the largest disc about the origin in a convex footprint (n, 2) [m]."""
-    corners = polygons.counter_clockwise(footprint)
-    along = np.roll(corners, -1, axis=0) - corners
-    cross = corners[:, 0] * along[:, 1] - corners[:, 1] * along[:, 0]
-    return max(float(np.min(cross / np.hypot(along[:, 0], along[:, 1]))), 0.0)
+def half_width(footprint: Array) -> float:
+    """Radius of the largest disc about the origin that passes wherever the footprint does [m].
+
+    The base drives along its heading, so what counts is how far it reaches to each side: not
+    how far behind its origin, which may lie near its rear edge.
+
+    Args:
+        footprint: (n, 2) convex outline in the base frame [m].
+    """
+    return max(float(min(footprint[:, 1].max(), -footprint[:, 1].min())), 0.0)
 
 
 def disc_radius(footprint: Array) -> float:
     """Radius of the disc that the global planner takes for a footprint (n, 2) [m].
 
-    A third of the way from the inner to the outer radius: the footprint passes wherever
-    the inner disc does, but needs room to turn; the local planner checks it as it is.
+    A third of the way from half the width to the outer radius: straight on, the footprint
+    passes wherever a disc of its width does, but needs room to turn; the local planner checks
+    it as it is.
     """
-    inner, outer = inner_radius(footprint), float(np.hypot(*footprint.T).max())
-    return inner + (outer - inner) / 3.0
+    half, outer = half_width(footprint), float(np.hypot(*footprint.T).max())
+    return half + (outer - half) / 3.0
 
 
 def fitting_inflation(
-    world: World, footprint: Array, limits: BaseLimits, start: Array, goal: Array
+    world: World,
+    footprint: Array,
+    limits: BaseLimits,
+    start: Array,
+    goal: Array,
+    margin: float = 0.0,
 ) -> float:
-    """`disc_radius`, or the inner radius where only that lets a path pass [m].
+    """`disc_radius`, or half the width and the margin where only that lets a path pass [m].
+
+    Where that doesn't either, a local planner that keeps the margin can't pass.
 
     Args:
         world: obstacles.
@@ -227,7 +249,10 @@ def fitting_inflation(
         limits: speeds.
         start: (3,) pose.
         goal: (3,) pose.
+        margin: that the local planner keeps from obstacles [m].
     """
-    wanted = disc_radius(footprint)
+    wanted, least = disc_radius(footprint), half_width(footprint) + margin
+    if wanted <= least:
+        return least
     planner = GlobalPlanner(world, limits.v_max, limits.omega_max, wanted, limits.v_reverse)
-    return wanted if planner.route(start, goal) is not None else inner_radius(footprint)
+    return wanted if planner.route(start, goal) is not None else least

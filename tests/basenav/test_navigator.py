@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motm_wbc.basenav import Goal, Navigator, NavStatus, World
-from motm_wbc.basenav.navigator import disc_radius, fitting_inflation, inner_radius
+from motm_wbc.basenav.navigator import disc_radius, fitting_inflation, half_width
 from motm_wbc.errors import InputError
 from motm_wbc.geometry import polygons, se2
 from motm_wbc.geometry.base_motion import BaseLimits
@@ -72,7 +72,9 @@ def test_a_goal_that_is_no_use_makes_it_brake(navigator, pose):
 
 def test_a_world_that_is_no_use_makes_it_brake(navigator):
     step = navigator.step(0.0, np.zeros(3), 0.4, 0.0, GOAL, world="garden")
-    assert step.status is NavStatus.REFUSED
+    assert step.status is NavStatus.REFUSED and step.message == "a World is needed, got str"
+    step = navigator.step(0.02, np.zeros(3), 0.4, 0.0, None)
+    assert step.status is NavStatus.REFUSED and step.message == "a Goal is needed, got NoneType"
     assert step.acceleration[0] < 0.0
     assert navigator.step(0.05, np.zeros(3), 0.4, 0.0, GOAL).status is NavStatus.DRIVING
 
@@ -92,20 +94,22 @@ def test_no_progress_is_reported(navigator):
     assert navigator.step(20.0, np.zeros(3), 0.0, 0.0, another).status is NavStatus.DRIVING
 
 
-def test_the_disc_lies_between_inner_and_outer_radius():
-    assert inner_radius(BOX) == pytest.approx(0.235)
-    assert inner_radius(BOX[::-1] + 0.1) == pytest.approx(0.135)
-    assert inner_radius(BOX + 1.0) == 0.0
+def test_the_disc_lies_between_half_the_width_and_the_outer_radius():
+    assert half_width(BOX) == pytest.approx(0.235)
+    assert half_width(BOX[::-1] + 0.1) == pytest.approx(0.135)
+    assert half_width(BOX + [0.3, 0.0]) == pytest.approx(0.235)  # the axle near the rear edge
+    assert half_width(BOX[:, ::-1]) == pytest.approx(0.34)  # wider than long
+    assert half_width(BOX + 1.0) == 0.0
     assert 0.235 < disc_radius(BOX) < math.hypot(0.34, 0.235)
     assert disc_radius(polygons.disc(0.3, 64)) == pytest.approx(0.3, abs=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("gap", "expected"), [(0.7, disc_radius(BOX)), (0.54, 0.235), (0.3, 0.235)]
+    ("gap", "expected"), [(0.7, disc_radius(BOX)), (0.54, 0.255), (0.3, 0.255)]
 )
-def test_a_narrow_gap_gets_the_inner_disc(gap, expected):
+def test_a_narrow_gap_gets_a_disc_of_the_width(gap, expected):
     posts = [polygons.rectangle(0.4, 4.0) + np.array([1.0, y * (2.0 + 0.5 * gap)]) for y in (-1, 1)]
-    found = fitting_inflation(World(posts, FLOOR), BOX, LIMITS, np.zeros(3), GOAL.pose)
+    found = fitting_inflation(World(posts, FLOOR), BOX, LIMITS, np.zeros(3), GOAL.pose, 0.02)
     assert found == pytest.approx(expected)
 
 

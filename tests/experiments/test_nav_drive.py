@@ -78,10 +78,25 @@ def test_no_way_is_said_at_once():
     assert result.time_s is None and result.global_path_length_m is None
 
 
-def test_a_gap_for_the_inner_disc_is_tried(world):
+def test_a_gap_that_the_footprint_just_fits_through_is_tried():
     posts = [polygons.rectangle(0.4, 2.7) + np.array([2.0, y]) for y in (1.62, -1.62)]
     result = go(World(posts, FLOOR), (4.0, 0.0, 0.0))  # 0.54 m wide; the base has 0.47 m
-    assert result.success and result.inflation_m == pytest.approx(0.235)
+    assert result.success and result.inflation_m == pytest.approx(0.255)
+
+
+def test_a_gap_that_leaves_no_margin_is_no_way():
+    posts = [polygons.rectangle(0.4, 2.7) + np.array([2.0, y]) for y in (1.602, -1.602)]
+    result = go(World(posts, FLOOR), (4.0, 0.0, 0.0))  # 0.504 m wide; 0.47 m and twice 0.02 m
+    assert result.failure_reason is not None and result.failure_reason.startswith("no path")
+
+
+def test_a_base_wider_than_it_reaches_back_does_not_try_a_gap_of_less():
+    fork = polygons.rectangle(2.0, 1.0) + np.array([0.6, 0.0])  # 0.4 m behind the axle
+    posts = [polygons.rectangle(0.4, 3.0) + np.array([4.0, y]) for y in (1.95, -1.95)]  # 0.9 m
+    floor = polygons.rectangle(12.0, 6.0) + np.array([2.0, 0.0])
+    world = World(posts, floor)
+    result = drive(world, fork, LIMITS, np.array([-1.0, 0, 0]), np.array([6.0, 0, 0]))
+    assert result.failure_reason is not None and result.failure_reason.startswith("no path")
 
 
 def test_the_time_limit_ends_a_drive(world):

@@ -59,7 +59,8 @@ def navigate(request: NavRequest) -> DriveResult:
     check_free(ground, base, begin, "--start")
     end = arriving(ground, base, begin, asked)
     check_free(ground, base, end, "--goal")
-    inflation = fitting_inflation(ground, base.footprint, base.limits, begin, end)
+    margin = (parameters.teb if request.planner == "teb" else parameters.staa).margin
+    inflation = fitting_inflation(ground, base.footprint, base.limits, begin, end, margin)
     telling = None
     if request.record is not None:
         telling = DriveTelling(

@@ -140,8 +140,12 @@ def drive(
         seed,
     )
     ground = world.still() if any(solid.moves for solid in world.solids) else world
+    staa, teb = staa or StaaParameters(), teb or TebParameters()
     if inflation is None:
-        inflation = fitting_inflation(ground, footprint, limits, course.start, course.goal.pose)
+        margin = (teb if planner == "teb" else staa).margin
+        inflation = fitting_inflation(
+            ground, footprint, limits, course.start, course.goal.pose, margin
+        )
     path = _global_path(ground, limits, inflation, course)
     rates = {"command_period": period, "ramp_steps": ramp_steps}
     navigator = Navigator(
@@ -151,8 +155,8 @@ def drive(
         planner=planner,
         inflation=inflation,
         tolerance=tolerance,
-        staa=(staa or StaaParameters()).model_copy(update=rates),
-        teb=(teb or TebParameters()).model_copy(update=rates),
+        staa=staa.model_copy(update=rates),
+        teb=teb.model_copy(update=rates),
     )
     run = _Drive(course, navigator)
     if path is None:
