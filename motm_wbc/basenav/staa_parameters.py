@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from motm_wbc.scene.files import Data
 
+_MOST_CELLS = 2000  # along a side of the window: bounds memory and time
 Odd = Annotated[int, Field(ge=3, le=31)]
 
 
@@ -36,7 +37,7 @@ class StaaParameters(Data):
     time: how busy a machine is must not change a run."""
     heuristic_weight: Annotated[float, Field(ge=1.0, le=10.0)] = 1.3
     """Weight of the cost-to-go in the order of expansion."""
-    cell: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
+    cell: Annotated[float, Field(ge=0.005, le=1.0)] = 0.05
     """Cell of the closed set and of the proximity grid [m]."""
     headings: Annotated[int, Field(ge=4, le=720)] = 31
     """Headings that the closed set tells apart."""
@@ -89,4 +90,6 @@ class StaaParameters(Data):
             raise ValueError("command_period must not be longer than step")
         if 0.5 * self.window <= self.window_ahead:
             raise ValueError("window_ahead must be less than half the window: the base is in it")
+        if self.window > _MOST_CELLS * self.cell:
+            raise ValueError(f"window must not have more than {_MOST_CELLS} cells along a side")
         return self

@@ -231,7 +231,7 @@ def test_random_crossings_without_contact(planner: StaaStar, seed: int) -> None:
     goal = Goal(np.array([4.0, rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0)]), seed % 2 == 1)
     movers = random_movers(rng, np.array([[0.0, 0.0], goal.pose[:2]]), 1 + seed)
     run = Run(planner, World(movers), np.zeros(3), goal)
-    assert run.reach(40.0)
+    assert run.reach(60.0)  # in one of them, something as fast as the base follows it for 20 s
     assert all(rested >= 1.0 for rested in run.hits)
     for plan in run.plans[::5]:
         if not plan.emergency:

@@ -230,3 +230,8 @@ def test_bad_input_is_refused_by_name() -> None:
         StaaStar(world, BOX, BaseLimits(0.5, 0.2, 1.7, 0.0, 2.0), StaaParameters(), planner)
     with pytest.raises(ValueError, match="must be odd"):
         StaaParameters(linear_actions=4)
+
+
+def test_a_window_of_too_many_cells_is_refused() -> None:
+    with pytest.raises(ValueError, match="more than 2000 cells"):
+        StaaParameters(window=80.0, cell=0.01)
