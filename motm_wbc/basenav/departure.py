@@ -17,9 +17,9 @@ from motm_wbc.basenav.goal_field import GoalField
 from motm_wbc.basenav.onward import way_on
 from motm_wbc.basenav.ring import FREE
 from motm_wbc.basenav.walls import Indices
-from motm_wbc.geometry.angles import wrapped
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel
+from motm_wbc.geometry.wrapping import wrapped
 
 _TURN_STEP = 0.01  # [m] that the outline's farthest corner moves from check to check
 _PULL_STEP = 0.04  # [m]

@@ -21,10 +21,10 @@ from motm_wbc.basenav.staa_motion import (
     command,
     profile,
     stopping_span,
-    wrapped,
 )
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel, lean
+from motm_wbc.geometry.wrapping import wrapped
 
 RATE_V, TARGET_V, RATE_OMEGA, TARGET_OMEGA, ACCELERATION, ALPHA = range(6)
 """Columns of the table of first actions."""

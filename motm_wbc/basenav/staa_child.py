@@ -9,7 +9,6 @@ from motm_wbc.basenav.footprint_check import is_clear
 from motm_wbc.basenav.movers import half_way, meets_mover, nearness_of_movers
 from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_goal import passes_goal, remaining_error, rest_pose, time_to_stop
-from motm_wbc.basenav.staa_motion import wrapped
 from motm_wbc.basenav.staa_search import (
     ACROSS,
     ACTION,
@@ -45,6 +44,7 @@ from motm_wbc.basenav.staa_search import (
     state_of,
 )
 from motm_wbc.geometry.jit import lean
+from motm_wbc.geometry.wrapping import wrapped
 
 _SLOT = 1.0  # [s] by which the closed set tells times apart where something moves
 _SLOT_KEYS = 1 << 28  # more than there are cells

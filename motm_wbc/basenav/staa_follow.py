@@ -12,10 +12,11 @@ from motm_wbc.basenav.proximity import largest_under
 from motm_wbc.basenav.staa_admissible import RATE_OMEGA, RATE_V, TARGET_OMEGA, TARGET_V
 from motm_wbc.basenav.staa_child import heuristic
 from motm_wbc.basenav.staa_goal import passes_goal, remaining_error
-from motm_wbc.basenav.staa_motion import arc, travel, velocity_after, wrapped
+from motm_wbc.basenav.staa_motion import arc, travel, velocity_after
 from motm_wbc.basenav.staa_search import Problem
 from motm_wbc.geometry.arrays import Array
 from motm_wbc.geometry.jit import kernel, lean
+from motm_wbc.geometry.wrapping import wrapped
 
 DURATION = 4
 """Column of a plan's actions that follows rate and target of v and of omega."""

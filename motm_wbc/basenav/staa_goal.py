@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from motm_wbc.basenav.cost_tiles import tiled_cost_to_go
-from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span, wrapped
+from motm_wbc.basenav.staa_motion import arc, stopping_duration, stopping_span
 from motm_wbc.basenav.staa_search import Problem
 from motm_wbc.geometry.jit import lean
+from motm_wbc.geometry.wrapping import wrapped
 
 _STILL = 1e-3  # [m] way below which a part of a step counts as turning on the spot
 _ABEAM = 0.02  # [m] the goal may be ahead of a base that turns on the spot

@@ -58,12 +58,6 @@ def drive_of(limits: BaseLimits, step: float, period: float, ramp_steps: int) ->
 
 
 @lean
-def wrapped(angle: float) -> float:
-    """The same angle in [-pi, pi) [rad]."""
-    return angle - math.tau * math.floor((angle + math.pi) / math.tau)
-
-
-@lean
 def profile(
     velocity: float, index: int, count: int, rate: float, low: float, high: float, step: float
 ) -> tuple[float, float]:
